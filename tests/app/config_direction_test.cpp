@@ -341,7 +341,7 @@ TEST(LidarKeys, NameEachRowOfTheDriversTable) {
   EXPECT_EQ(packetLidarConfig(faster).baud, 115200) << "what is set goes before the model's own";
 }
 
-TEST(BaseKeys, NameTheChassisThatTheBoardKnows) {
+TEST(BaseKeys, NameTheChassisThatTheBoardHas) {
   using robolink::ChassisType;
   const auto chassis = [](const char* type) {
     return handsfreeConfig(parseConfig("", "given", {std::string("base.type='") + type + "'"})).chassis;

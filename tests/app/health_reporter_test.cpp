@@ -100,7 +100,7 @@ TEST_F(Reporter, NamesTheWorstFirst) {
   EXPECT_THAT(counters, testing::IsSupersetOf({"scans", "graph.ticks", "lcm.published", "drops.scans"}));
 }
 
-TEST_F(Reporter, KnowsTheRoomOnTheDisk) {
+TEST_F(Reporter, ReportsTheRoomOnTheDisk) {
   config.output.map = folder / "map";
   reporter.begin(start);
   ASSERT_TRUE(test::waitUntil([&] { return !reporter.isBusy(); }));

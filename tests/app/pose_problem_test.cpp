@@ -57,14 +57,14 @@ TEST(PoseProblem, DistinguishScansThatShowNothingFromThoseThatDoNotMatch) {
   EXPECT_THAT(wordsOf(pose, true), HasSubstr("wide hall"));
 }
 
-TEST(PoseProblem, TellHowFarScansAndWheelsDiffer) {
+TEST(PoseProblem, GivesHowFarScansAndWheelsDiffer) {
   PoseSnapshot pose = poseOf(kDegraded);
   pose.tracking.contradiction = 0.424;
   EXPECT_THAT(wordsOf(pose, true), StartsWith("scans and wheels tell ways that differ by 0.42 m"));
   EXPECT_THAT(wordsOf(pose, true), HasSubstr("was the robot pushed"));
 }
 
-TEST(PoseProblem, SayThatTheFloorIsNotCertain) {
+TEST(PoseProblem, NamesTheFloorsThatAreNotCertain) {
   PoseSnapshot pose = poseOf(kDegraded);
   pose.tracking.assumed = true;
   EXPECT_THAT(wordsOf(pose, true), HasSubstr("as in a lift"));

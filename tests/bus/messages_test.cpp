@@ -222,7 +222,7 @@ TEST(LaserMessage, OfTheLargestScanFitsOneDatagram) {
   EXPECT_LT(toLaserMessage(scanOf(LaserScan::kCapacity), kUtime).getEncodedSize(), kLargestMessage);
 }
 
-TEST(MapMessages, OfAnEmptyGridSayThatThereIsNothing) {
+TEST(MapMessages, OfAnEmptyGridHoldNothing) {
   const map_meta_t meta = toMetaMessage(OccupancyGrid{}, kUtime, 3, 0);
   EXPECT_EQ(meta.tiles, 0);
   EXPECT_EQ(meta.map_id, 3);

@@ -37,7 +37,7 @@ class RivalWatchTest : public testing::Test {
   std::vector<std::vector<std::uint8_t>> waiting_;
 };
 
-TEST_F(RivalWatchTest, KnowsItsOwnMessagesWhenTheyComeBack) {
+TEST_F(RivalWatchTest, RecognisesItsOwnMessagesWhenTheyComeBack) {
   for (int i = 0; i < 60; ++i) {
     second(0);
     ASSERT_FALSE(watch_.hasRival(now_));

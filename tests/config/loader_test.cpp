@@ -114,7 +114,7 @@ TEST(ParseConfig, TakesAnIntegerForANumber) {
   EXPECT_EQ(parseConfig("[lidar]\nrange_max = 8\n", "robot.toml").front_end.lidar.range_max, 8.0);
 }
 
-TEST(ParseConfig, TakesAKeyUnderItsOldNameAndTellsTheNewOne) {
+TEST(ParseConfig, TakesAKeyUnderItsOldNameAndNamesTheNewOne) {
   const Config config =
       parseConfig("mode = \"slam\"\n[keyframe]\nfamiliarity = 0.5\n", "robot.toml", {"relocalisation.min_lead=9.0"});
   EXPECT_EQ(config.front_end.keyframe.known_ratio, 0.5);

@@ -38,7 +38,7 @@ class ServiceReachTest : public testing::Test {
   const test::Folder folder;
 };
 
-TEST_F(ServiceReachTest, KnowsAsWhomTheServiceRunsAndItsLimits) {
+TEST_F(ServiceReachTest, ReadsAsWhomTheServiceRunsAndItsLimits) {
   for (const bool installed : {false, true}) {  // what is known without the unit is what the unit says
     if (installed) unit(delivered());
     const ServiceAccount account = ServiceReach(folder / "").account();

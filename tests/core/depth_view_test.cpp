@@ -23,7 +23,7 @@ std::unique_ptr<PseudoLaser> laser() {
   return laser;
 }
 
-TEST(DepthView, KeepsTheBeamsThatSaySomethingAtTheirBearings) {
+TEST(DepthView, KeepsTheInformativeBeamsAtTheirBearings) {
   const Pose2 T_base_camera{0.1, -0.2, 0.3};
   const DepthView view(*laser(), T_base_camera);
   EXPECT_EQ(view.stamp, Timestamp(std::chrono::seconds(7)));

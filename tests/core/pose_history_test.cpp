@@ -90,7 +90,7 @@ TEST(PoseHistory, RefusesAnEarlierStampAndReplacesAnEqualOne) {
   EXPECT_EQ(history.newest().pose, (Pose2{9, 9, 0}));
 }
 
-TEST(PoseHistory, WithoutAPairKnowsTheInstantOfItsOnlyPose) {
+TEST(PoseHistory, WithoutAPairHasTheInstantOfItsOnlyPose) {
   PoseHistory history(4);
   EXPECT_TRUE(history.empty());
   EXPECT_FALSE(history.at(at(0), milliseconds(1000)));

@@ -70,7 +70,7 @@ Eigen::Vector2d at(double range, double degrees) {
   return range * Eigen::Vector2d(std::cos(degrees * kDegree), std::sin(degrees * kDegree));
 }
 
-TEST(BodyShape, TellsHowMuchOfTheTurnItTakesAndWhere) {
+TEST(BodyShape, GivesHowMuchOfTheTurnItTakesAndWhere) {
   EXPECT_EQ(BodyShape().degrees(), 0);
   EXPECT_EQ(casing(350, 20, 300).degrees(), 20);
   EXPECT_NEAR(casing(350, 20, 300).middle(), 0.0, 1e-9);
@@ -96,7 +96,7 @@ TEST(BodyShape, OfALidarUpsideDownIsMirrored) {
   EXPECT_EQ(mirrored.mirrored(), shape);
 }
 
-TEST(BodyShape, TellsWhatIsNewInIt) {
+TEST(BodyShape, GivesWhatIsNewInIt) {
   EXPECT_EQ(casing(40, 10, 300).without(casing(45, 20, 500)), casing(40, 5, 300));
   EXPECT_EQ(casing(40, 10, 300).without(casing(40, 10, 310)).degrees(), 0);
   EXPECT_EQ(casing(40, 10, 300).without({}), casing(40, 10, 300));

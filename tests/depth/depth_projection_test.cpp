@@ -74,7 +74,7 @@ TEST_F(Projection, FindsTheWallAndTheFreeSpaceBeforeIt) {
   }
 }
 
-TEST_F(Projection, TellsATableByItsEdgeAndItsTopAsSurfaceBehind) {
+TEST_F(Projection, DetectsATableByItsEdgeAndItsTopAsSurfaceBehind) {
   sim::addTable(world, 2.4, 0.0, 0.8, 1.6);  // from 1.9 m to 2.7 m ahead of the camera
   DepthProjection projection(mounted());
   for (int i = 0; i < 5; ++i) ASSERT_EQ(projection.project(look()), DepthStatus::kOk);

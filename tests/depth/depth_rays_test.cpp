@@ -26,7 +26,7 @@ TEST(DepthRays, CoverTheFieldOfViewFromRightToLeft) {
   EXPECT_EQ(rays.pixel(index(0, 120)).beam, rays.beams() - 1);
 }
 
-TEST(DepthRays, PixelsAndBandsLookWhereThePinholeModelSays) {
+TEST(DepthRays, PixelsAndBandsLieWhereThePinholeModelPutsThem) {
   const DepthRays rays = raysOf({.z = 0.4});
   const auto& low = rays.pixel(index(160, 239));
   EXPECT_NEAR(low.up, (kXtion.cy - 239) / kXtion.fy, 1e-6);

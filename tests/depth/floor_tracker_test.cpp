@@ -164,7 +164,7 @@ TEST(FloorTracker, FollowsNoFasterThanItSettles) {
   EXPECT_NEAR(tracker.plane().slope_x, 0.02, 0.004);
 }
 
-TEST(FloorTracker, AStripTooNarrowToTellFromAWallsFootMovesNothing) {
+TEST(FloorTracker, AStripThatMayBeAWallsFootMovesNothing) {
   FloorTracker tracker({});
   std::mt19937 random(1);
   std::uniform_real_distribution<float> metres(-0.5F, 0.5F);
@@ -177,7 +177,7 @@ TEST(FloorTracker, AStripTooNarrowToTellFromAWallsFootMovesNothing) {
   EXPECT_GT(tracker.plane().offset, 0.005);
 }
 
-TEST(FloorTracker, TellsTenDegreesTooMuchAndACameraOnItsHead) {
+TEST(FloorTracker, ReportsTenDegreesTooMuchAndACameraOnItsHead) {
   Scenery scenery;
   for (int image = 0; image < 20; ++image) {  // the floor before a camera that looks down rises above it
     const double pitch = image % 2 == 0 ? 0.1745 : -0.1745;
@@ -221,7 +221,7 @@ TEST(FloorTracker, FollowsAFewPointsNoFurtherThanItsBound) {
   }
 }
 
-TEST(FloorTracker, TellsAFloorThatLiesHigherOrLowerThanItCan) {
+TEST(FloorTracker, ReportsAFloorThatLiesHigherOrLowerThanItCan) {
   for (const double lift : {0.10, -0.10}) {
     for (const double floor_share : {0.6, 1.0}) {
       FloorTracker tracker({});

@@ -68,7 +68,7 @@ TEST(SensorCheck, ReportsNothingOfSensorsThatAgreeRoughly) {
   EXPECT_THAT((Drive{.lidar_turn = -1.0, .wheels = false, .gyro = false}).faults(), IsEmpty()) << "nobody contradicts";
 }
 
-TEST(SensorCheck, TellsWhoOfThreeTurnsTheWrongWay) {
+TEST(SensorCheck, NamesWhichOfThreeTurnsTheWrongWay) {
   EXPECT_THAT((Drive{.lidar_turn = -1.0}).faults(), ElementsAre(kLidarUpsideDown));
   EXPECT_THAT((Drive{.gyro_turn = -1.0}).faults(), ElementsAre(kGyroReversed));
   EXPECT_THAT((Drive{.wheel_turn = -1.0}).faults(), ElementsAre(kWheelsSwapped));
@@ -193,7 +193,7 @@ WheelScale learned(double truth, double metres) {
   return scale;
 }
 
-TEST(SensorCheck, TheWholeWayTellsDistancesBetterThanPairs) {
+TEST(SensorCheck, TheWholeWayGivesDistancesBetterThanPairs) {
   SensorFindings pairs;
   pairs.add(kWheelTurnOff, 1.7);
   pairs.add(kWheelDistanceOff, 1.4);
@@ -214,7 +214,7 @@ TEST(SensorCheck, TheWholeWayTellsDistancesBetterThanPairs) {
   EXPECT_EQ(withDistances(backwards, learned(1.2, 30.0)).size, 1U) << "one fault explains the other";
 }
 
-TEST(SensorCheck, TellsAMountThatIsOffOnceItIsSure) {
+TEST(SensorCheck, ReportsAMountThatIsOffOnceItIsSure) {
   const auto known = [](const Eigen::Vector3d& mean, double sigma) {
     return MountError{.mean = mean, .covariance = sigma * sigma * Eigen::Matrix3d::Identity()};
   };

@@ -19,7 +19,7 @@ TEST(DeviceStatus, ReportsWhatItDoesWhileItIsOpenedForTheFirstTime) {
   EXPECT_EQ(status.state, DeviceState::kOpening);
 }
 
-TEST(DeviceStatus, KeepsSayingWhatIsWrongUntilItStreamsAgain) {
+TEST(DeviceStatus, KeepsWhatIsWrongUntilItStreamsAgain) {
   for (const DeviceState failed : {DeviceState::kStale, DeviceState::kFault}) {
     DeviceStatus status;
     status.set(DeviceState::kStreaming);

@@ -44,7 +44,7 @@ TEST(OpenProblem, NameTheReasonOfAnyOtherError) {
   EXPECT_THAT(openProblem(EINVAL, {}).words(), HasSubstr("Invalid argument"));
 }
 
-TEST(OpenProblem, KnowTheRightsOfANode) {
+TEST(OpenProblem, NamesTheRightsOfANode) {
   const NodeRights rights = rightsOf("/dev/null");
   EXPECT_EQ(rights.group, "root");
   EXPECT_TRUE(rights.group_may);

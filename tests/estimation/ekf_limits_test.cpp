@@ -87,7 +87,7 @@ TEST(EkfLimits, SlipIsForgottenOverItsWindow) {
   }
 }
 
-TEST(EkfLimits, SlipNeedsAGyroAndATurnThatTheWheelsTell) {
+TEST(EkfLimits, SlipNeedsAGyroAndATurnOfTheWheels) {
   Ekf ekf = standing();
   ekf.updateWheels({0.3, 0, 2.0}, true, milliseconds(100), std::nullopt);
   EXPECT_FALSE(ekf.slip());
@@ -102,7 +102,7 @@ TEST(EkfLimits, SlipNeedsAGyroAndATurnThatTheWheelsTell) {
   EXPECT_FALSE(ekf.slip());
 }
 
-TEST(EkfLimits, SlippingWheelsAreWorthTheirOwnSigmaAndTellNoTurn) {
+TEST(EkfLimits, SlippingWheelsAreWorthTheirOwnSigmaAndGiveNoTurn) {
   Ekf ekf = standing();
   const double prior = variance(ekf, Ekf::kSpeed) + square(kConfig.acceleration_noise) * 0.1;
   const double turn_rate = ekf.twist().omega;
@@ -225,7 +225,7 @@ TEST(EkfLimits, DoubtIsTheMeanContradictionOfTheLastMatches) {
   }
 }
 
-TEST(EkfLimits, ThePoseIsMovedOnNoLongerThanTheWheelsTellOrMaxCoast) {
+TEST(EkfLimits, ThePoseIsMovedOnNoLongerThanTheWheelsReportOrMaxCoast) {
   for (const auto& [interval, seconds] : {std::pair(0.2, 0.5), std::pair(0.8, 0.8), std::pair(3.0, 2.0)}) {
     Ekf ekf(kConfig, kBegin);
     ekf.updateWheels({1.0, 0, 0}, true, fromSeconds(interval), std::nullopt);

@@ -357,7 +357,7 @@ EkfConfig smooth() {
   return config;
 }
 
-TEST(Ekf, OfASmoothPoseStandstillTellsTheBiasAndMovesNothing) {
+TEST(Ekf, OfASmoothPoseStandstillGivesTheBiasAndMovesNothing) {
   const EkfConfig config = smooth();
   for (const EkfConfig* each : {&config, &kConfig}) {
     Drive drive(*each);
@@ -693,7 +693,7 @@ TEST(Ekf, ABlindDirectionLearnsNothing) {
 
 /// A bare corridor without wheels: the prediction is off by metres along it, and which way it goes is known to a tenth
 /// of a degree.
-TEST(Ekf, ACorridorWhoseDirectionIsSlightlyOffTellsNothingOfTheWayAlongIt) {
+TEST(Ekf, ACorridorWhoseDirectionIsSlightlyOffGivesNothingOfTheWayAlongIt) {
   std::mt19937 random(6);
   std::normal_distribution<double> normal(0.0, 0.002);
   Ekf ekf(kConfig);

@@ -158,7 +158,7 @@ EkfTimeline withWrongGyro(int known_from_ms, int until_ms) {
   return timeline;
 }
 
-TEST(EkfTimeline, AGyroThatTellsNothingLeavesTheTurnToTheWheels) {
+TEST(EkfTimeline, AGyroWithoutInformationLeavesTheTurnToTheWheels) {
   EXPECT_NEAR(withWrongGyro(0, 2000).at(at(2000)).pose().theta, 0.8, 0.01);
   EXPECT_GT(std::abs(wrapAngle(withWrongGyro(3000, 2000).at(at(2000)).pose().theta - 0.8)), 0.1) << "believed";
 }
@@ -223,7 +223,7 @@ TEST(EkfTimeline, WheelsThatComeBackLeaveThePoseThatScansHaveFollowed) {
   }
 }
 
-TEST(EkfTimeline, WheelsThatComeBackTellTheWayThatNothingElseDoes) {
+TEST(EkfTimeline, WheelsThatComeBackGiveTheWayThatNothingElseDoes) {
   EkfTimeline timeline(kEkf, kTimeline);
   Pose2 pose;
   for (int ms = 0; ms <= 8000; ms += 10) {
@@ -238,7 +238,7 @@ TEST(EkfTimeline, WheelsThatComeBackTellTheWayThatNothingElseDoes) {
   }
 }
 
-TEST(EkfTimeline, WheelsThatTellNoTurnRestThoughTheirHeadingWanders) {
+TEST(EkfTimeline, WheelsThatGiveNoTurnRestThoughTheirHeadingWanders) {
   EkfTimeline timeline(kEkf, kTimeline);
   for (int ms = 0; ms <= 1040; ms += 20) {
     WheelSample sample = wheels(ms, {0.0005 * std::min(ms, 1000), 0.0, 0.01 * (ms % 60)});
@@ -362,7 +362,7 @@ TEST(EkfTimeline, ConstantWheelSpeedsAreDeadReckonedExactlyAlsoWithSamplesLost) 
   expectSame(between(timeline.at(at(9100)).pose(), timeline.at(at(10'000)).pose()), exp(0.9 * twist), 1e-6, 1e-6);
 }
 
-TEST(EkfTimeline, WheelsThatReportSeldomTellTheWholeWay) {
+TEST(EkfTimeline, WheelsThatReportSeldomGiveTheWholeWay) {
   EkfTimeline timeline(kEkf, kTimeline);
   for (int i = 0; i <= 20; ++i) timeline.add(wheels(2000 * i, {0.8 * i, 0.0, 0.0}));
   EXPECT_NEAR(timeline.at(at(40'000)).pose().x, 16.0, 0.05);
@@ -445,7 +445,7 @@ TEST(EkfTimeline, HistoryHoldsBothEndsAndEachSampleBetween) {
   }
 }
 
-TEST(EkfTimeline, SetPoseGoesOnFromThereWithTheBiasItKnew) {
+TEST(EkfTimeline, SetPoseGoesOnFromThereWithItsBias) {
   EkfTimeline timeline(kEkf, kTimeline);
   const Ekf before = run(timeline, noisyDrive(3000));
   timeline.setPose({10, 20, 1}, {0.1, 0.1, 0.1});

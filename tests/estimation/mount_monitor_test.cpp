@@ -114,7 +114,7 @@ TEST(MountMonitor, KeepsThePriorWhereScansDoNotSeeAllDirections) {
   EXPECT_EQ(blind.error().mean, Eigen::Vector3d::Zero());
 }
 
-TEST(MountMonitor, WhatLeftAndRightTurnsTellOtherwiseMakesItUnsure) {
+TEST(MountMonitor, AContradictionOfLeftAndRightTurnsMakesItUnsure) {
   const MountError sound = Drive{}.driven().error(), lagging = Drive{.lag = 0.6}.driven().error();
   EXPECT_GT(sigmas(lagging).maxCoeff(), 2.0 * sigmas(sound).maxCoeff());
   for (int i = 0; i < 3; ++i) EXPECT_LT(std::abs(lagging.mean[i]), 3.0 * sigmas(lagging)[i]) << i;

@@ -91,7 +91,7 @@ TEST(WheelScale, WheelsThatStandOrRunBackwardsAreAFaultAndNoScale) {
   }
 }
 
-TEST(WheelScale, StretchesThatTellNothingAreLeftOut) {
+TEST(WheelScale, StretchesWithoutInformationAreLeftOut) {
   WheelScale scale;
   const Pose2 seen{0.05, 0.0, 0.0};
   scale.add(seen, {}, 1e-4, 1.0);

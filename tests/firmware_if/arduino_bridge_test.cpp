@@ -19,7 +19,7 @@ std::optional<Answer> push(LineDecoder& decoder, const std::string& line) {
 }
 
 // The exchanges of the published sketch: e is answered with 100 -5, m with OK.
-TEST(ArduinoBridge, SpeaksAsTheSketchIsPublished) {
+TEST(ArduinoBridge, SendsWhatThePublishedSketchReads) {
   EXPECT_EQ(text(askCounts()), "\x65\x0D");
   EXPECT_EQ(text(encodeSpeeds(20, -20)), "\x6D\x20\x32\x30\x20\x2D\x32\x30\x0D");
   EXPECT_EQ(text(askBaudRate()), "b\r");

@@ -77,7 +77,7 @@ TEST(Roboclaw, FindsTheEndOfAVersionBehindWhateverCame) {
   }
 }
 
-TEST(Roboclaw, KnowsTheSizeOfAPacketByItsHead) {
+TEST(Roboclaw, HasTheSizeOfAPacketByItsHead) {
   EXPECT_EQ(sizeOf(Bytes{0x80}), 2U);
   EXPECT_EQ(sizeOf(Bytes{0x87, 0x4E}), 2U);
   EXPECT_EQ(sizeOf(Bytes{0x80, 0x25}), 12U);

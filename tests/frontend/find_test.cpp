@@ -77,7 +77,7 @@ TEST(Find, ThatFitsMuchWorseIsAcceptedOnlyWhereARobotGetsFromScanToScan) {
   }
 }
 
-TEST(Find, NeedsTheOverlapThatItIsToldTo) {
+TEST(Find, NeedsTheOverlapThatIsAskedFor) {
   for (const auto& [trusted, believed] : {std::pair(0.7, true), std::pair(1.01, false)}) {
     FrontEndConfig config;
     config.validator.trusted_overlap = trusted;
@@ -123,7 +123,7 @@ bool kidnapped(const Place& next, const Eigen::Vector3d& motion, FrontEndConfig 
   return drive.front_end->counters().lost > 0;
 }
 
-TEST(CarriedAway, IsARobotThatSeesThroughWallsWhateverItsWheelsTell) {
+TEST(CarriedAway, IsARobotThatSeesThroughWallsWhateverItsWheelsReport) {
   const Place open = elsewhere({-7.0, -5.0}, {6.0, 6.0});
   for (const Eigen::Vector3d& motion : {kStand, Eigen::Vector3d(1.15, 0, 0), Eigen::Vector3d(0, 0, 1.7)}) {
     EXPECT_TRUE(kidnapped(open, motion)) << motion.transpose();

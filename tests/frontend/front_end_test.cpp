@@ -36,7 +36,7 @@ TEST(FrontEnd, FollowsACurveUnderNoiseAndLearnsTheGyroBias) {
   EXPECT_GT(drive.front_end->counters().keyframes, 3U);
 }
 
-TEST(FrontEnd, OdometryUsesTheBiasThatScansTellAndNeverJumps) {
+TEST(FrontEnd, OdometryUsesTheBiasFromScansAndNeverJumps) {
   Drive drive;
   drive.gyro.bias = 0.06;
   Pose2 odom = drive.front_end->odometry(drive.now).T_odom_base, truth = drive.truth;
@@ -95,7 +95,7 @@ TEST(FrontEnd, OutweighsWheelsThatKeepLying) {
   EXPECT_TRUE(drive.last.fused);
 }
 
-TEST(FrontEnd, DoesNotHearWheelsThatKeepLyingUntilTheyTellTheTruth) {
+TEST(FrontEnd, LeavesWrongWheelsOutUntilTheyAreRightAgain) {
   for (const bool imu : {true, false}) {
     Drive drive;
     drive.gyro.there = imu;
@@ -157,7 +157,7 @@ TEST(FrontEnd, APlaceThatIsNotKnownAlongACorridorIsLookedForThoughScansMatch) {
   EXPECT_FALSE(drive.front_end->placed());
 }
 
-TEST(FrontEnd, WheelsAreNotDoubtedForWhatScansToldThatWereNoise) {
+TEST(FrontEnd, WheelsAreNotLeftOutForScansThatWereNoise) {
   double least = 1e9, most = 0.0;
   for (unsigned seed = 1; seed <= 12; ++seed) {
     Drive drive;

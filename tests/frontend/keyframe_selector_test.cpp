@@ -22,7 +22,7 @@ using test::kCurve;
 using test::kSpin;
 using test::kStand;
 
-TEST(KeyframeSelector, NoisyWheelsTellLessOfTheWayAlongACorridor) {
+TEST(KeyframeSelector, NoisyWheelsGiveLessOfTheWayAlongACorridor) {
   /// @return [m^2/m] variance of the way along the corridor, where the lidar did not see it
   const auto variance = [](double noise) {
     Drive drive;
@@ -131,7 +131,7 @@ TEST(KeyframeSelector, AKeyframesCovarianceGrowsByItsShareOfTheMatchsAndByTheLev
   EXPECT_NEAR(keyframe->covariance(1, 1), 0.25 * 1e-4 + 4.0 * 0.25 * 1e-6 + 0.01 * 1e-4, 1e-12);
 }
 
-TEST(KeyframeSelector, AKeyframeKnowsWhatSystematicErrorsDoToItsPoseInItsOwnAxes) {
+TEST(KeyframeSelector, AKeyframeHasTheEffectOfSystematicErrorsInItsOwnAxes) {
   Selected selected;
   selected.sensitivity.col(kRangeBias) = Eigen::Vector3d(2.0, 0.0, 0.1);
   const Keyframe* keyframe = selected.keep({1.0, 0.0, 0.5 * std::numbers::pi});
@@ -140,7 +140,7 @@ TEST(KeyframeSelector, AKeyframeKnowsWhatSystematicErrorsDoToItsPoseInItsOwnAxes
   EXPECT_TRUE(StoredScan(*keyframe).sensitivity.isApprox(keyframe->sensitivity));
 }
 
-TEST(KeyframeSelector, AKeyframesCovarianceGrowsByTheWheelsWayWhereNoMatchTellsIt) {
+TEST(KeyframeSelector, AKeyframesCovarianceGrowsByTheWheelsWayWhereNoMatchGivesIt) {
   Selected selected;
   selected.keep({}, 0);
   selected.keep({0.5, 0.0, 0.0}, 0);
@@ -148,7 +148,7 @@ TEST(KeyframeSelector, AKeyframesCovarianceGrowsByTheWheelsWayWhereNoMatchTellsI
   EXPECT_NEAR(keyframe->covariance(0, 0), EkfConfig{}.wheelTranslationVariance(1.0), 1e-12);
 }
 
-TEST(KeyframeSelector, AKeyframesHeadingIsAsSureAsWhatToldTheTurnWhereNoMatchDid) {
+TEST(KeyframeSelector, AKeyframesHeadingIsAsSureAsWhatGaveTheTurnWhereNoMatchDid) {
   const auto varianceOf = [](bool by_gyro) {
     Selected selected;
     selected.keep({}, 0);
@@ -163,7 +163,7 @@ TEST(KeyframeSelector, AKeyframesHeadingIsAsSureAsWhatToldTheTurnWhereNoMatchDid
   EXPECT_LT(gyro_step, 0.01 * wheels_step) << "the graph would let the turn go by degrees";
 }
 
-TEST(KeyframeSelector, WhatNoMatchToldCountsNoMoreWhereTheMapIsKnown) {
+TEST(KeyframeSelector, WhatNoMatchGaveCountsNoMoreWhereTheMapIsKnown) {
   Selected selected;
   selected.keep({}, 0);
   selected.selector.addDrift({3.0, 0.0, 0.0}, nullptr, selected.monitor, false);
@@ -194,7 +194,7 @@ TEST(KeyframeSelector, ReportsHowFarASessionsHeadingIsKnown) {
   EXPECT_EQ(selected.keep({3.0, 0.0, 0.0})->heading_tolerance, 0.2);
 }
 
-TEST(KeyframeSelector, AStepIsAsUncertainAsWhatToldItsWay) {
+TEST(KeyframeSelector, AStepIsAsUncertainAsWhatGaveItsWay) {
   const auto variance = [](int observable) {
     Selected selected;
     selected.keep({});

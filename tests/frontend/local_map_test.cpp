@@ -187,7 +187,7 @@ TEST_F(DenselyKeptMap, KeepsSixAndAllThatCanBeAheadOfACorrection) {
   }
 }
 
-TEST_F(DenselyKeptMap, WhatIsAheadHangsOnTheNewestThatTheCorrectionKnows) {
+TEST_F(DenselyKeptMap, WhatIsAheadHangsOnTheNewestOfTheCorrection) {
   // The back end has bent the map: each of its keyframes is moved otherwise.
   auto correction = corrected(upTo(newest() - 6), {});
   for (ReferenceKeyframe& keyframe : correction->keyframes) {

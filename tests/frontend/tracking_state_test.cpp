@@ -35,7 +35,7 @@ TEST(TrackingState, IsDegradedWithoutLidarAndLocalisedAgainWithIt) {
   EXPECT_LT(drive.error(), 0.04);
 }
 
-TEST(TrackingState, IsLostWithinASecondOnceNoSensorTellsTheMotion) {
+TEST(TrackingState, IsLostWithinASecondOnceNoSensorGivesTheMotion) {
   for (const bool moving : {false, true}) {
     Drive drive;
     drive.run(4.0, moving ? kCurve : kStand);
@@ -51,7 +51,7 @@ TEST(TrackingState, IsLostWithinASecondOnceNoSensorTellsTheMotion) {
   }
 }
 
-TEST(TrackingState, IsAPoseAgainOnceAnySensorTellsTheMotionAndAScanMatches) {
+TEST(TrackingState, IsAPoseAgainOnceAnySensorGivesTheMotionAndAScanMatches) {
   Drive drive;
   drive.run(4.0, kStand);
   drive.now += 60s;
@@ -115,7 +115,7 @@ TEST(TrackingState, MustActAfterManyFailuresThatLast) {
   EXPECT_TRUE(tracking.fail(none, now += 300ms, true, true));
 }
 
-TEST(TrackingState, KnowsTheLastMatchAndTheMotionToIt) {
+TEST(TrackingState, KeepsTheLastMatchAndTheMotionToIt) {
   TrackingState tracking({}, false, false);
   const Timestamp now{100s};
   const Pose2 first{1.0, 2.0, 0.3}, motion{0.1, 0.02, 0.05}, T_new_old{3.0, -1.0, 0.7};

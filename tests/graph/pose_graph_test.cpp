@@ -192,7 +192,7 @@ TEST(PoseGraphReach, DoesNotReachWhatNothingJoins) {
   EXPECT_THAT(nodes(graph.reach(4, kNoBound)), testing::ElementsAre(4));
 }
 
-TEST(PoseGraphReach, KnowsNothingAlongABlindDirection) {
+TEST(PoseGraphReach, HasNoInformationAlongABlindDirection) {
   for (const double angle : {0.0, kPi / 4, kPi / 2, 2.0}) {
     const Eigen::Vector3d seen(-std::sin(angle), std::cos(angle), 0.0);  // a corridor along `angle`
     PoseGraph graph;

@@ -226,7 +226,7 @@ TEST_F(MapFiles, MissingFilesAreNamed) {
   EXPECT_THAT(readError("map.yaml"), HasSubstr("map.pgm"));
 }
 
-TEST_F(MapFiles, WhatIsNoFileIsNotWaitedForAndOfALargeOneNoMoreIsReadThanItsHeaderSays) {
+TEST_F(MapFiles, WhatIsNoFileIsNotWaitedForAndOfALargeOneNoMoreIsReadThanItsHeaderGives) {
   ASSERT_EQ(mkfifo(file("pipe.yaml").c_str(), 0600), 0);
   EXPECT_THAT(readError("pipe.yaml"), HasSubstr("pipe.yaml: cannot read: it is no file"));
   put("map.yaml", kYaml);

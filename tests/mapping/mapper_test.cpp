@@ -287,7 +287,7 @@ TEST_F(MapperTest, ResetForgetsAllOfIt) {
   EXPECT_TRUE(differences(mapper.grid(), drawnFresh()).empty());
 }
 
-TEST_F(MapperTest, TellsThePathAtTheNewPoses) {
+TEST_F(MapperTest, GivesThePathAtTheNewPoses) {
   Mapper mapper(kConfig);
   fill(mapper, 5);
   mapper.move(disturbed());

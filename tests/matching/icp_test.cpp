@@ -49,7 +49,7 @@ TEST(Icp, OfAScanWithItselfIsIdentity) {
   EXPECT_LT(std::hypot(result.T_ref_base.x, result.T_ref_base.y), 0.005);
 }
 
-TEST(PointToPoint, ClaimsWhatItsPairsTell) {
+TEST(PointToPoint, HasTheInformationOfItsPairs) {
   Reference reference;
   ScanPoints points;
   for (int i = 0; i < 40; ++i) {

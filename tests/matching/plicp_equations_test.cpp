@@ -245,7 +245,7 @@ TEST(PlIcpEquations, LittleAgreementOrFewPairsAreNoMatch) {
   EXPECT_EQ(matchPointToLine(scene.reference, points, {0.4, -0.3, 0.3}, config).status, MatchStatus::kIterationLimit);
 }
 
-TEST(PlIcpEquations, AFarGuessNeedsTheSearchItIsToldOf) {
+TEST(PlIcpEquations, AFarGuessNeedsTheSearchThatIsGiven) {
   const Scene scene([](int i) { return i % 4 != 0; }, 0.0, 6);
   const Pose2 guess{kTruth.x + 0.25, kTruth.y - 0.2, kTruth.theta};
   MatchConfig config;

@@ -49,7 +49,7 @@ TEST_P(NoisyCorridor, IsBlindAlongItsWalls) {
 
 INSTANTIATE_TEST_SUITE_P(RangeNoise, NoisyCorridor, testing::Values(0.0, 0.005, 0.010, 0.015));
 
-TEST(PlIcp, APointThatMaySlideTellsTheWayOnceItWasMetOften) {
+TEST(PlIcp, APointThatMaySlideGivesTheWayOnceItWasMetOften) {
   std::mt19937 random(5);
   const Room corridor{.length = 1e6, .width = 2.0, .reach = 4.0, .range_sigma = 0.005};
   const Pose2 truth{0.04, 0.01, 0.0};
@@ -149,7 +149,7 @@ TEST(PlIcp, APointBeyondTheReferencesWindowContradictsNothing) {
   EXPECT_NEAR(result.T_ref_base.y, motion.y, 0.02);
 }
 
-TEST(PlIcp, TellsByHowMuchTheScansPartsContradictEachOther) {
+TEST(PlIcp, GivesByHowMuchTheScansPartsContradictEachOther) {
   for (const unsigned seed : {1U, 2U, 3U}) {
     std::mt19937 random(seed);
     const Room room{.length = 6.0, .width = 4.0, .reach = 8.0, .range_sigma = 0.005};

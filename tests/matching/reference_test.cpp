@@ -73,7 +73,7 @@ TEST(Reference, APointMaySlideUntilItIsMetAsOneThatMayNot) {
   EXPECT_EQ(reference.size(), 1);
 }
 
-TEST(Reference, DoesNotGrowWhereItKnowsEverything) {
+TEST(Reference, DoesNotGrowWhereItIsComplete) {
   const Room room{.range_sigma = 0.01};
   std::mt19937 random(3);
   Reference reference;
@@ -151,7 +151,7 @@ TEST(Reference, AnswersInAWindowThatMovedAsOneThatWasBuiltThere) {
   }
 }
 
-TEST(Reference, KnowsNothingOnceItIsCleared) {
+TEST(Reference, IsEmptyOnceItIsCleared) {
   std::mt19937 random(6);
   const auto points = scanPoints(Room{}, Pose2{}, random);
   std::uniform_real_distribution<double> near(-1.0, 1.0), turn(-3.0, 3.0), far(-300.0, 300.0);
@@ -293,7 +293,7 @@ TEST(Reference, LooksBeyondTheFineTableWhereItIsAskedTo) {
   EXPECT_EQ(reference.nearest({2.3, 0.0}, 5.0), nullptr) << "no table knows so far";
 }
 
-TEST(Reference, AFewSurfelsTellNoPlace) {
+TEST(Reference, AFewSurfelsGiveNoPlace) {
   ScanPoints far;
   for (int i = 0; i < 400; ++i) {
     const double bearing = -3.1 + 0.0155 * i;

@@ -56,7 +56,7 @@ TEST(DistanceField, ShowsWallsAndWhatBeamsPassedWhereTheKeyframeLies) {
   }
 }
 
-TEST(DistanceField, EachSettingDoesWhatItSays) {
+TEST(DistanceField, EachSettingHasItsEffect) {
   KeyframeGraph keyframes;
   keyframes.add(aheadOf({}), {});
   const std::vector<int> map{0};
@@ -92,7 +92,7 @@ TEST(DistanceField, AWallIsAsThickAsItIsDrawn) {
   }
 }
 
-TEST(DistanceField, AFloorPlanSaysItselfWhatIsFreeAndSolid) {
+TEST(DistanceField, AFloorPlanItselfGivesWhatIsFreeAndSolid) {
   KeyframeGraph keyframes;
   auto scan = std::make_shared<StoredScan>();
   scan->points.push_back(onWall(1.0, 0.0, std::numbers::pi));

@@ -130,7 +130,7 @@ TEST(GlobalSearch, InSmallStepsItComesToTheSameEnd) {
   }
 }
 
-TEST(GlobalSearch, TellsWhetherPlacesMayBeMissingForWantOfRoom) {
+TEST(GlobalSearch, ReportsWhetherPlacesMayBeMissingForWantOfRoom) {
   std::mt19937 random(6);
   const Points walls = randomWalls(random);
   const Points query = seenFrom(walls, {4.0, 3.0, 1.0}, 0.05, random);

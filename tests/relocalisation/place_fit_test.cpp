@@ -72,7 +72,7 @@ TEST(PlaceFit, TurnsASegmentThatWasLaidAskewWhicheverWayTheRobotLooks) {
   }
 }
 
-TEST(PlaceFit, FarWallsTellOneRecessFromTheNext) {
+TEST(PlaceFit, FarWallsDistinguishOneRecessFromTheNext) {
   Drive drive(corridorWithRecesses(), corridorWithRecesses(), -10.0, 10.0);
   const Pose2 truth{0.5, 0.0, 0.0};
   const QueryCloud view = drive.seen(truth, 1.0);
@@ -82,7 +82,7 @@ TEST(PlaceFit, FarWallsTellOneRecessFromTheNext) {
   }
 }
 
-TEST(PlaceFit, AMapThatIsLongerThanTheLidarSaysFitsASegmentOfItsScale) {
+TEST(PlaceFit, AMapThatIsLongerThanTheLidarMeasuresFitsASegmentOfItsScale) {
   constexpr double kScale = 1.02;
   Place map = corridorWithRecesses(kScale), now = corridorWithRecesses();
   map.reach = now.reach = 30.0;

@@ -100,7 +100,7 @@ TEST(Relocalisation, ReportsNothingInAPeriodicCorridor) {
   for (double x = -2.0; x <= 4.0; x += 0.4) EXPECT_FALSE(robot.at({x, 0.05, 0.0}));
 }
 
-TEST(Relocalisation, KnowsTheDoorsOfItsOwnMapFromThoseThatAreNotInIt) {
+TEST(Relocalisation, DistinguishesTheDoorsOfItsOwnMapFromOthers) {
   int right = 0;
   for (unsigned seed = 1; seed <= 4; ++seed) {
     const std::vector<Pose2> map = alongX(0.0, 30.0);

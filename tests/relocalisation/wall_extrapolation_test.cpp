@@ -121,7 +121,7 @@ TEST(WallExtrapolation, AWallThatEndsWithinTheMapEndsThere) {
   }
 }
 
-TEST(WallExtrapolation, WhatIsNotStraightGoesNobodyKnowsWhere) {
+TEST(WallExtrapolation, WhatIsNotStraightIsNotExtrapolated) {
   const auto round = planOf([](const Eigen::Vector2d& p) {
     if (p.y() < 0.0) return Known::kNothing;
     const double radius = (p - Eigen::Vector2d(0.0, -1.0)).norm();

@@ -147,7 +147,7 @@ TEST_F(Watching, CountsNoSilenceWhileItDidNotLookItself) {
   EXPECT_TRUE(watchdog.problems(now).empty());
 }
 
-TEST_F(Watching, HearsOfADelayThatNoLookHasSeen) {
+TEST_F(Watching, GetsADelayThatFellBetweenTwoReadings) {
   goOn(1s);
   now += kPeriod, ++base_ticks, ++camera_ticks;
   look(830ms);

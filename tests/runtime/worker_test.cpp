@@ -150,7 +150,7 @@ TEST(Worker, WithoutARateCallsItsBodyAgainAtOnce) {
   EXPECT_EQ(worker.overruns(), 0U);
 }
 
-TEST(Worker, TellsTheCpuTimeOfItsThreadAlone) {
+TEST(Worker, GivesTheCpuTimeOfItsThreadAlone) {
   std::atomic<bool> quit{false};
   Worker worker({.name = "busy"}, [] {}), idle({.name = "idle"}, [&] {
     while (!quit) std::this_thread::sleep_for(milliseconds(1));

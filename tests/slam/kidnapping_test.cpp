@@ -261,7 +261,7 @@ TEST(KidnappedRobot, IsAcceptedWhereTheMapIsEmpty) {
       << "the yard is drawn";
 }
 
-TEST(KidnappedRobot, MayBeToldThatItIsKilometresAwayAndComeBack) {
+TEST(KidnappedRobot, MayBeSetKilometresAwayAndComeBack) {
   const Pose2 far{9000.0, -9000.0, 0.3}, in_yard{28.0, 0.0, 0.3};
   Robot robot(withUnknownYard(), kStart);
   robot.run(1.0, {0, 0, 0});
@@ -280,7 +280,7 @@ TEST(KidnappedRobot, MayBeToldThatItIsKilometresAwayAndComeBack) {
   EXPECT_LT(robot.error(kStart), 0.05);
 }
 
-TEST(KidnappedRobot, MayBeToldItsPoseInAnEmptyMap) {
+TEST(KidnappedRobot, TakesAGivenPoseInAnEmptyMap) {
   Robot robot(flat(), kStart);
   robot.pipeline.setPose({1.0, 2.0, 0.0}, {0.2, 0.2, 0.1});
   robot.run(1.0, {0, 0, 0});

@@ -38,7 +38,7 @@ TEST(MapImport, TakesFacesOfWallsWithNormalsTowardsFreeSpace) {
   EXPECT_GT(lines, faces * 9 / 10);
 }
 
-TEST(MapImport, KnowsWhatIsFreeAndWhatLiesWithinWalls) {
+TEST(MapImport, DistinguishesWhatIsFreeFromWhatLiesWithinWalls) {
   const MapState map = importMap(room());
   std::size_t free = 0, solid = 0;
   for (int id = 0; id < map.keyframes.size(); ++id) {

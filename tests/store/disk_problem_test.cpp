@@ -23,7 +23,7 @@ TEST(DiskProblem, NameTheRoomThatIsLeft) {
   EXPECT_THAT(problem.fix(), HasSubstr("make room"));
 }
 
-TEST(DiskProblem, TellWhatIsWrongWithADisk) {
+TEST(DiskProblem, NamesWhatIsWrongWithADisk) {
   const auto causeOf = [](int error) { return diskProblem(DiskError("f: cannot write: why", error), "/maps").cause(); };
   EXPECT_EQ(causeOf(EROFS), "/maps is read-only");
   EXPECT_THAT(causeOf(EIO), HasSubstr("reports errors: f: cannot write: why"));
@@ -38,7 +38,7 @@ TEST(DiskProblem, TellWhatIsWrongWithADisk) {
   }
 }
 
-TEST(DiskProblem, KnowErrorsOfTheLibraryAndAlwaysHaveAFix) {
+TEST(DiskProblem, CoverErrorsOfTheLibraryAndAlwaysHaveAFix) {
   const std::system_error full(ENOSPC, std::generic_category(), "mkdir");
   EXPECT_THAT(diskProblem(full, "/").cause(), HasSubstr("no space"));
   EXPECT_EQ(diskProblem(std::runtime_error("odd"), "/").cause(), "odd");

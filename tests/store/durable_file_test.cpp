@@ -163,7 +163,7 @@ TEST(AppendFile, GoesOnBehindAllThereIs) {
   EXPECT_EQ(contentOf(folder / "file"), "one two");
 }
 
-TEST(AppendFile, KnowsWhenSomebodyHasRemovedIt) {
+TEST(AppendFile, DetectsWhenSomebodyHasRemovedIt) {
   const Folder folder;
   AppendFile file(folder / "file", 0);
   EXPECT_TRUE(file.isThere());

@@ -54,7 +54,7 @@ class LogFolder : public testing::Test {
   const std::atomic<bool> go_on{false};
 };
 
-TEST_F(LogFolder, ListsFilesInTheOrderOfTheirNumbersWhateverTheDatesSay) {
+TEST_F(LogFolder, ListsFilesInTheOrderOfTheirNumbersWhateverTheirDates) {
   put("logs/1970_b/0002.lcm");
   put("logs/2026_a/0000.lcm.gz");
   put("logs/2026_a/0001.lcm");

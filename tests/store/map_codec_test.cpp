@@ -283,7 +283,7 @@ TEST(MapCodec, TakesNoMoreMemoryThanTheBytesAreWorth) {
   EXPECT_THROW(decodeGrid(packed(farther, farther.size()), {}), std::runtime_error);
 }
 
-TEST(MapCodec, RefusesAStateThatSaysTooLittle) {
+TEST(MapCodec, RefusesAStateThatHoldsTooLittle) {
   const std::string whole = encodeState(ChangingMap().map);
   MapState map;
   for (const char* key : {"T_map_base", "utime", "gyro_bias", "T_base_lidar", "lidar_range_max", "grid_keyframes"}) {

@@ -536,7 +536,7 @@ void dateBack(const fs::path& map, std::chrono::hours age) {
   }
 }
 
-TEST(MapStore, TheNewestMapIsTheOneGoneOnInLastWhateverTheClockSaid) {
+TEST(MapStore, TheNewestMapIsTheOneGoneOnInLastWhateverTheClockRead) {
   const Folder folder;
   Drive a(folder / "", "a");
   dateBack(folder / "a", -24h * 365 * 10);  // a clock ten years ahead

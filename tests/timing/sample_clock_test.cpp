@@ -59,7 +59,7 @@ TEST(SampleClock, ABurstBehindAHoldUpIsStampedAsIfItHadComeInTime) {
   }
 }
 
-TEST(SampleClock, FindsBackAfterALossThatNothingTellsOf) {
+TEST(SampleClock, FindsBackAfterAnUnannouncedLoss) {
   SampleClock clock(toSeconds(kPeriod));
   for (int i = 0; i < 4000; ++i) clock.stamp(kStart + i * kPeriod);
   Timestamp stamp{};

@@ -189,7 +189,7 @@ TEST(StampSequencer, AJumpBackByMoreThanFiveSecondsIsAClockThatWasSet) {
   }
 }
 
-TEST(StampSequencer, KnowsTheUsualInterval) {
+TEST(StampSequencer, HasTheUsualInterval) {
   StampSequencer sequencer;
   EXPECT_EQ(sequencer.interval(), 0.0);
   const std::int64_t last = feedSteady(sequencer, 0, 100);

@@ -68,7 +68,7 @@ INSTANTIATE_TEST_SUITE_P(Of, JitteredStream,
                                          Stream{0.005, 0.0005, 1.0 / 211.0}, Stream{0.0458, 0.001},
                                          Stream{0.005, 0.001, 0, 0.01}));
 
-TEST(StreamClock, StampsWithTheArrivalUntilItKnowsTheRate) {
+TEST(StreamClock, StampsWithTheArrivalUntilItHasTheRate) {
   StreamClock clock;
   for (int i = 0; i < 60; ++i) EXPECT_EQ(clock.stamp(kStart + i * 10ms), kStart + i * 10ms);
   EXPECT_FALSE(clock.learned());

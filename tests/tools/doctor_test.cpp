@@ -113,7 +113,7 @@ TEST_F(Doctor, AsksForTheCamerasHeight) {
   EXPECT_EQ(checkMounting(depth).level, Finding::kGood);
 }
 
-TEST_F(Doctor, KnowsACanInterfaceThatIsGoneDownOrShortOfRoom) {
+TEST_F(Doctor, DetectsACanInterfaceThatIsGoneDownOrShortOfRoom) {
   EXPECT_THAT(checkCan("can0", directory_).what, HasSubstr("no interface can0"));
   canInterface("0x40080", "256");
   EXPECT_THAT(checkCan("can0", directory_).what, HasSubstr("is down"));
@@ -229,7 +229,7 @@ TEST_F(Doctor, NamesTheCamerasThatThereAre) {
   EXPECT_THAT(checkCameraName("1d27/0601@1/4", {}).fix, HasSubstr("OpenNI2 finds none"));
 }
 
-TEST_F(Doctor, NamesTheNodesOfDrivesThatAreHeard) {
+TEST_F(Doctor, NamesTheNodesOfDrivesThatSend) {
   test::FakeCanBus bus;
   test::FakeCanPort port(bus);
   const auto heard = [&](std::vector<int> nodes) {
@@ -314,7 +314,7 @@ Finding checkWhere(const ProblemKind& kind) {
   });
 }
 
-TEST_F(Doctor, TellsLidarsOnTheNetworkApartByWhatIsWrong) {
+TEST_F(Doctor, DistinguishesLidarsOnTheNetworkByWhatIsWrong) {
   EXPECT_THAT(checkWhere(problem::kTcpNoWay).what, HasSubstr("no way leads to tcp://192.168.0.10:10940"));
   EXPECT_THAT(checkWhere(problem::kTcpNoReply).what, HasSubstr("does not reply"));
   EXPECT_EQ(checkWhere(problem::kTcpRefused).level, Finding::kFault);
@@ -347,7 +347,7 @@ TEST_F(Doctor, AsksALidarOnTheNetworkWhoItIs) {
   EXPECT_THAT(other.fix, HasSubstr("hokuyo"));
 }
 
-TEST_F(Doctor, KnowsWhetherThisUserMayCommandOverTheSocket) {
+TEST_F(Doctor, ReportsWhetherThisUserMayCommandOverTheSocket) {
   const std::string path = directory_ / "socket";
   EXPECT_EQ(checkSocket(path).level, Finding::kWarning);
   EXPECT_THAT(checkSocket(path).fix, HasSubstr("systemctl start slamd"));
@@ -462,7 +462,7 @@ TEST_F(Doctor, EvaluatesTheUnitWhereNoSlamdRuns) {
   EXPECT_FALSE(accountOfUnit({.user = "no such user"}));
 }
 
-TEST_F(Doctor, TellsWhyARunningSlamdDoesNotAnswer) {
+TEST_F(Doctor, NamesWhyARunningSlamdDoesNotAnswer) {
   const Account slamd = slamdOf(1, 1);
   const auto silence = [&](const char* state) {
     fs::create_directories(directory_ / "proc/812");

@@ -83,7 +83,7 @@ TEST_F(DriveWatchdogs, AreNotKnownWhereSlamdFeedsThemOrTheDrivesAreIdle) {
   EXPECT_EQ(check().level, Finding::kWarning) << "nothing is heard";
 }
 
-TEST_F(DriveWatchdogs, AreToldByFirmware06WhenItIsAsked) {
+TEST_F(DriveWatchdogs, AreReportedByFirmware06WhenItIsAsked) {
   struct {
     std::array<std::uint32_t, 2> on;
     Finding::Level level;

@@ -62,7 +62,7 @@ TEST(CompareMaps, LooksOnlyWhereTheTruthIsKnown) {
   EXPECT_DOUBLE_EQ(errors.completeness, 1.0);
 }
 
-TEST(CompareMaps, MeasuresHowMuchTheMapKnows) {
+TEST(CompareMaps, MeasuresHowMuchOfTheMapIsMapped) {
   EXPECT_DOUBLE_EQ(compareMaps(image({"#....?????"}), image({"#........."})).completeness, 0.5);
   const MapErrors nothing = compareMaps(image({"?"}), image({"#........."}));
   EXPECT_DOUBLE_EQ(nothing.completeness, 0.0);

@@ -156,7 +156,7 @@ TEST(AbsoluteErrors, CountAndLeaveOutStampsOutside) {
   EXPECT_TRUE(std::isfinite(none.rmse) && std::isfinite(none.rotation_mean) && isFinite(none.T_truth_estimate));
 }
 
-TEST(RelationErrors, SpreadAsTheTextbookSays) {
+TEST(RelationErrors, SpreadAsInTheTextbook) {
   const Trajectory rows = {{at(0), {0, 0, 0}}, {at(1), {1, 0, 0}}, {at(2), {2, 0, 0}}};
   const RelationErrors errors =
       relationErrors(rows, {{at(0), at(1), {1.3, 0.4, 10 * kDegree}}, {at(1), at(2), {1, 0.1, -30 * kDegree}}});

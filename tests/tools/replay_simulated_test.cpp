@@ -92,7 +92,7 @@ TEST_F(SimulatedReplay, AFaultyGyroIsNamedAndDoesNoHarm) {
 }
 
 /// The lidar sits 0.06 m ahead. The advice names the whole error, and followed it is the last one.
-TEST_F(SimulatedReplay, TellsWhereTheLidarSitsAndTakesNoOtherErrorForIt) {
+TEST_F(SimulatedReplay, GivesWhereTheLidarSitsAndTakesNoOtherErrorForIt) {
   using testing::ElementsAre;
   using testing::HasSubstr;
   drive("home", 2);

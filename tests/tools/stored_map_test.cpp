@@ -79,7 +79,7 @@ TEST_F(Maps, AreRenamedAndRemoved) {
   EXPECT_THAT(test::refusalOf([&] { map("..").edit(std::vector{zone}); }), HasSubstr("no name"));
 }
 
-TEST(EditsIn, TakesAListOrOneAndSaysWhoseTheyAre) {
+TEST(EditsIn, TakesAListOrOneAndNamesItsAuthor) {
   const auto edits = editsIn(R"([{"kind": "zone"}, {"kind": "wall", "by": "planner"}])", "me");
   ASSERT_THAT(edits, SizeIs(2));
   EXPECT_EQ(editRequestOf(edits[0]).author, "me");

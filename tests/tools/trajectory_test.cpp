@@ -132,7 +132,7 @@ TEST(PoseAt, InterpolatesElsewhere) {
   EXPECT_NEAR(quarter->y, 2.0, 1e-9);
 }
 
-TEST(PoseAt, KnowsNothingOutside) {
+TEST(PoseAt, IsNothingOutside) {
   const Trajectory rows = {{at(1.0), {}}, {at(2.0), {}}};
   EXPECT_FALSE(poseAt(rows, at(0.997)));
   EXPECT_FALSE(poseAt(rows, at(2.003)));

@@ -110,7 +110,7 @@ TEST_F(WriteLogTest, TearsAWriteBetweenPhysicalBlocksAndNowhereElse) {
   EXPECT_EQ(seen.size(), 16U);
 }
 
-TEST_F(WriteLogTest, CutsWhereItIsToldAndForgetsLaterFlushes) {
+TEST_F(WriteLogTest, CutsAtTheGivenPlaceAndForgetsLaterFlushes) {
   write(1, 'a'), flush(), write(2, 'b'), flush(), write(3, 'c'), flush();
   const auto cut = read().apply(folder_ / "disk", 2, random_);
   EXPECT_EQ(disk().substr(0, 4), ".a..");

@@ -113,7 +113,7 @@ TEST_F(Log, DoesNotLeaveTheWrongStateForLong) {
   EXPECT_LE(said.value_or(24h), 11min);
 }
 
-TEST_F(Log, HasTwentyLinesAnHourOfACauseWhateverItSaysAndKeepsOneForTheRecovery) {
+TEST_F(Log, HasTwentyLinesAnHourOfACauseWhateverItsWordsAndKeepsOneForTheRecovery) {
   int lines = 0;
   for (int i = 0; i < 100; ++i) lines += static_cast<int>(look(i * 1s, std::string("reason ") + char('A' + i)).size());
   EXPECT_EQ(lines, 15);

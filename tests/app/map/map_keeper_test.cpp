@@ -92,7 +92,7 @@ TEST_F(MapKeeping, BeginsInTheNewestMap) {
   EXPECT_TRUE(keeper.writes());
 }
 
-TEST_F(MapKeeping, GoesOnInTheMapOfTheLastRunWhateverTheClocksSaid) {
+TEST_F(MapKeeping, GoesOnInTheMapOfTheLastRunWhateverTheClocksRead) {
   std::string last;
   {
     MapKeeper keeper(config);

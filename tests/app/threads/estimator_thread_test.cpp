@@ -124,7 +124,7 @@ TEST_F(Estimator, GivesACorrectionOfAnotherMapBackUnused) {
   EXPECT_NEAR(snapshot.pose.T_map_base.x, 0.0, 0.1);
 }
 
-TEST_F(Estimator, PutsTheRobotWhereAPersonSaysAndGoesOnInAnotherMap) {
+TEST_F(Estimator, PutsTheRobotAtAGivenPoseAndGoesOnInAnotherMap) {
   start(7);
   see();
   ASSERT_TRUE(told([](const PoseSnapshot& s) { return s.scans == 1; }));

@@ -69,7 +69,7 @@ TEST_F(MulticastReceiving, StaysWhereTheRouteStays) {
   EXPECT_TRUE(arrives({1}));
 }
 
-TEST_F(MulticastReceiving, KnowsThatThereIsNoRouteAndWaitsForIt) {
+TEST_F(MulticastReceiving, ReportsThatThereIsNoRouteAndWaitsForIt) {
   ASSERT_TRUE(shell("ip route del 224.0.0.0/4"));
   EXPECT_EQ(receiver_.join(), Joined::kNoRoute);
   EXPECT_EQ(receiver_.descriptor(), -1);
@@ -123,7 +123,7 @@ TEST_F(MulticastReceiving, CountsWhatTheKernelHadNoRoomFor) {
   EXPECT_EQ(receiver_.dropped(), static_cast<std::uint64_t>(kSent - arrived));
 }
 
-TEST_F(MulticastReceiving, KnowsThatThePortIsAnotherPrograms) {
+TEST_F(MulticastReceiving, ReportsThatThePortIsAnotherPrograms) {
   const int other = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   ASSERT_EQ(bind(other, reinterpret_cast<const sockaddr*>(&url_.group), sizeof url_.group), 0);
   EXPECT_EQ(receiver_.join(), Joined::kNoSocket);

@@ -75,7 +75,7 @@ TEST_F(HandsfreeBoardTest, NeverWaitsInATick) {
 
 // ---- Handshake
 
-TEST_F(HandsfreeBoardTest, TellsAResetBoardItsLastCoordinateAndTheTime) {
+TEST_F(HandsfreeBoardTest, SendsAResetBoardItsLastCoordinateAndTheTime) {
   driver_->setCoordinate(1.5, -2.25, 0.5);
   driver_->setLocalTimeOffset(std::chrono::seconds(1'795'272'599) - virtual_now.time_since_epoch());
   ASSERT_TRUE(runUntil([&] { return fake_.info.has_value(); }));
@@ -89,7 +89,7 @@ TEST_F(HandsfreeBoardTest, TellsAResetBoardItsLastCoordinateAndTheTime) {
   EXPECT_EQ(fake_.told->x, 7.0F);
 }
 
-TEST_F(HandsfreeBoardTest, TellsNoTimeThatItDoesNotKnow) {
+TEST_F(HandsfreeBoardTest, SendsNoTimeThatItDoesNotHave) {
   ASSERT_TRUE(runUntil([&] { return fake_.info.has_value(); }));
   EXPECT_FALSE(fake_.info->local_time.valid);
 }
@@ -133,7 +133,7 @@ INSTANTIATE_TEST_SUITE_P(Of, Chassis,
                                          Disagreement{{.body_radius = 0.1}, "half the track"},
                                          Disagreement{{.chassis = robolink::ChassisType::kMecanum4}, "type of base"}));
 
-TEST_F(HandsfreeBoardTest, WorksWithABoardThatDoesNotKnowItsChassis) {
+TEST_F(HandsfreeBoardTest, WorksWithABoardWithoutAChassis) {
   fake_.knows_chassis = false;
   ASSERT_TRUE(runUntil([&] { return wheels_.size() > 300; }));
   EXPECT_FALSE(driver_->finding());

@@ -26,7 +26,7 @@ TEST(CanAxis, AcceptsAHeartbeatThatCameTwice) {
   EXPECT_EQ(axis.heartbeat(), kStart + 300ms);
 }
 
-TEST(CanAxis, ObeysWhenTwoHeartbeatsTellSoAndNoLongerWhenOneDoesNot) {
+TEST(CanAxis, ObeysAfterTwoHeartbeatsAndNoLongerWhenOneIsMissing) {
   CanAxis axis;
   Timestamp stamp = kStart;
   const auto obeysAfter = [&](const can::odrive::Heartbeat& heartbeat) {
@@ -113,7 +113,7 @@ TEST_F(CanAxisDialect, IsLearnedFromWhatOnlyOneOfThemSends) {
   EXPECT_EQ(axis_.dialect(), CanAxis::Dialect::k06);
 }
 
-TEST_F(CanAxisDialect, IsToldByTheVersion) {
+TEST_F(CanAxisDialect, FollowsFromTheVersion) {
   axis_.addHeartbeat(stamp_, 0x10, can::odrive::encodeHeartbeat(0x10, {}));
   axis_.addVersion({.firmware = {0, 6, 9}});
   add(3, 0x100, 1, {1, 1, 0});

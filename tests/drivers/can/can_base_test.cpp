@@ -77,7 +77,7 @@ TEST_F(CanBaseTest, UsesOtherNodes) {
   expectStreaming();
 }
 
-TEST_F(CanBaseTest, SaysWithinASecondThatAWheelIsSilent) {
+TEST_F(CanBaseTest, ReportsWithinASecondThatAWheelIsSilent) {
   start();
   runFor(1s);
   drive_[0] = false;
@@ -117,7 +117,7 @@ TEST_F(CanBaseTest, DistinguishesMissingEstimatesFromMissingHeartbeats) {
   EXPECT_THAT(wheelReason(), HasSubstr("no heartbeat"));
 }
 
-TEST_F(CanBaseTest, SaysWithinASecondWhatIsMissingOfTheImu) {
+TEST_F(CanBaseTest, ReportsWithinASecondWhatIsMissingOfTheImu) {
   start();
   runFor(1s);
   const auto expectWithout = [&](bool& part, DeviceState state, const char* words) {

@@ -221,7 +221,7 @@ TEST(CanImu, StampsToAMillisecondUnderJitteredArrival) {
   }
 }
 
-TEST(CanImu, KnowsSinceWhenItsValuesAreFrozen) {
+TEST(CanImu, ReportsSinceWhenItsValuesAreFrozen) {
   Unit unit;
   unit.step();
   const Timestamp last = unit.clock;

@@ -221,7 +221,7 @@ TEST_F(CanLinkTest, ForgetsSetPointsWhenTheBusIsLost) {
   }
 }
 
-TEST_F(CanLinkTest, NoticesALossByWhatSendingSays) {
+TEST_F(CanLinkTest, DetectsALossByTheErrorOfSending) {
   up();
   bus_.send_error = ENXIO;
   bus_.interface_error = bus_.open_error = ENODEV;
@@ -310,7 +310,7 @@ TEST_F(CanLinkTest, ReportsWhetherAllWasTaken) {
   EXPECT_FALSE(link_.send(kSetPoint, bus_.clock));
 }
 
-TEST_F(CanLinkTest, AsksForAMissingInterfaceAsOftenAsItIsTold) {
+TEST_F(CanLinkTest, LooksForAMissingInterfaceAtItsPeriod) {
   CanLink link(std::make_unique<test::FakeCanPort>(bus_), "can0", {0x209}, 50ms);
   bus_.open_error = ENODEV;
   const auto ticks = [&](Duration time) {

@@ -100,7 +100,7 @@ TEST_P(StampError, StaysBelowTwoMillisecondsWhileBytesGetLost) {
   EXPECT_LT(quantile(0.95), 0.002);
 }
 
-TEST_P(StampError, IsSmallAgainSoonAfterAPauseThatNothingTellsOf) {
+TEST_P(StampError, IsSmallAgainSoonAfterAnUnannouncedPause) {
   run(2s);
   lidar_.inject("pause", 60);
   run(1s);
@@ -151,7 +151,7 @@ TEST(ScanStream, NeitherScansNorNoiseLookLikeABootBanner) {
   EXPECT_TRUE(stream.sawBootText());
 }
 
-TEST(ScanStream, KnowsWhenEachByteOfAChunkCame) {
+TEST(ScanStream, HasTheTimeOfEachByteOfAChunk) {
   constexpr double kByteTime = 10.0 / 115200.0, kSampleTime = 500e-6;  // [s]
   const rplidar::ScanStream::Format format{.type = rplidar::AnswerType::kStandardNodes,
                                            .sample_time = kSampleTime,

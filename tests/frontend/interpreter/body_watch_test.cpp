@@ -130,7 +130,7 @@ TEST(BodyWatch, ForgetsABodyThatIsTakenOff) {
   EXPECT_EQ(bodyBeams(watch, robot.look(pose)), 0);
 }
 
-TEST(BodyWatch, GoesOnWithWhatAnotherRunKnew) {
+TEST(BodyWatch, GoesOnWithTheShapeOfAnotherRun) {
   RobotWithBody robot;
   BodyWatch first(Pose2{}, true), second(Pose2{}, true);
   Pose2 pose{-2.0, 0.3, 0.0};

@@ -148,7 +148,7 @@ TEST(CabinWatch, TakesATurnOfALidarThatLooksAheadForNoLift) {
   for (const double heading : {0.0, 1.57, 0.0, 3.1, 1.57, 0.0}) EXPECT_EQ(robot.stand({3.5, 0.5, heading}, 6.0), 0);
 }
 
-TEST(CabinWatch, SaysNothingWhereLittleComesBack) {
+TEST(CabinWatch, ReportsNothingWhereLittleComesBack) {
   CabinWatch watch;
   std::vector<Beam> beams(360);
   for (std::size_t i = 0; i < beams.size(); ++i) beams[i].bearing = static_cast<float>(0.0174 * static_cast<double>(i));

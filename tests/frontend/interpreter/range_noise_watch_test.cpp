@@ -80,7 +80,7 @@ TEST_F(RangeNoiseWatchTest, NoiseThatGrowsWithRangeLeavesNearWalls) {
   EXPECT_FALSE(watch_.tooNoisy());
 }
 
-TEST_F(RangeNoiseWatchTest, TooFewBearingsAndBadOnesTellNothing) {
+TEST_F(RangeNoiseWatchTest, TooFewBearingsAndBadOnesGiveNothing) {
   const std::vector<Beam> few(19, {.range = 3.0F});
   std::vector<Beam> bad(400, {.range = 3.0F, .bearing = std::numeric_limits<float>::quiet_NaN()});
   for (int k = 0; k < 200; ++k)

@@ -63,7 +63,7 @@ TEST(SweepWatch, FindsTheOrderOfALidarUpsideDown) {
   }
 }
 
-TEST(SweepWatch, ASlowTurnTellsNothing) {
+TEST(SweepWatch, ASlowTurnGivesNothing) {
   EXPECT_EQ(orderFoundOf(SweepWatch::Order::kForward, 0.3), SweepWatch::Order::kAtOnce);
 }
 

@@ -25,7 +25,7 @@ void expectRobot(const RobotGeometry& geometry) {
   for (int i = 0; i < 6; ++i) EXPECT_LT(std::abs(error[i]), kTolerances[static_cast<std::size_t>(i)]) << i;
 }
 
-TEST(Calibration, IntervalsHoldTheTruthAsOftenAsTheySay) {
+TEST(Calibration, IntervalsHoldTheTruthAsOftenAsTheirLevel) {
   constexpr int kSeeds = 200;
   std::array<int, 6> held{};
   for (unsigned seed = 1; seed <= kSeeds; ++seed) {

@@ -56,7 +56,7 @@ TEST(RecordingConfig, IsOneThatSlamdTakesWhateverWasMeasured) {
   }
 }
 
-TEST(RecordingConfig, IsUtf8WhateverTheRecordingSays) {
+TEST(RecordingConfig, IsUtf8WhateverTheRecordingHolds) {
   Recording recording = ofALidar();
   recording.robot.mount_source = "tf from b\xFF\xC3se to B\xC3\xBCro";
   EXPECT_NO_THROW(test::configOf(recording));

@@ -191,7 +191,7 @@ TEST_F(Ros, TakesTheLidarThatIsAskedFor) {
   EXPECT_THAT(refusalOf([&] { convert(d, {.scan = "/nothing"}); }), HasSubstr("/scan /scan_rear"));
 }
 
-TEST_F(Ros, TakesAGreatestRangeThatIsNoneForNotTold) {
+TEST_F(Ros, TakesAGreatestRangeThatIsNoneForNotGiven) {
   for (const float range_max : {0.0F, -1.0F, 0.1F, std::numeric_limits<float>::quiet_NaN()}) {
     Drive d = drive(false);
     int i = 0;
@@ -276,7 +276,7 @@ TEST_F(Ros, BringsSensorsOfOtherClocksToTheLidars) {
   for (const ImuSample& sample : log.imu_samples) EXPECT_GE(toMicroseconds(sample.stamp), kBegin - 10'000);
 }
 
-TEST_F(Ros, RefusesADefinitionThatItDoesNotKnow) {
+TEST_F(Ros, RefusesAnUnknownDefinition) {
   Drive d = drive(false);
   std::string changed = kScanDefinition;
   changed.replace(changed.find("float32 range_min"), 7, "float64");

@@ -47,7 +47,7 @@ std::array<int, 3> moved(const char* fault, double seconds) {
   return count;
 }
 
-TEST(StreamFault, StampsSufferAsTheFaultSays) {
+TEST(StreamFault, StampsSufferAsTheFaultIsSet) {
   EXPECT_EQ(moved("-", 4.0), (std::array{0, 0, 0}));
   EXPECT_EQ(moved("far-ahead", 4.0), (std::array{0, 1, 0}));
   EXPECT_EQ(moved("scans-ahead", 4.0), (std::array{2, 0, 0}));

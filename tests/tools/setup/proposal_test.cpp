@@ -62,7 +62,7 @@ TEST(Proposal, TakesWhatIsPluggedInInAnyOrder) {
   }
 }
 
-TEST(Proposal, AsksForWhatNoPortKnowsWithADrawingOfTheAxes) {
+TEST(Proposal, AsksForWhatNoPortAnswersWithADrawingOfTheAxes) {
   const Proposed proposed = propose({.ports = {kA1, kText, kWit}, .camera = true},
                                     "1440\n0.03\n0.1\n\n0.12\n0.0\n1.5708\nfalse\n0.2\n0.5\n0.3\n");
   const Config& config = proposed.config;

@@ -62,7 +62,7 @@ TEST_F(State, PlacesEachBeamWhereTheRobotWasAtItsTime) {
   EXPECT_NEAR(state_->scan()[0].y(), 0.0, 1e-6);
 }
 
-TEST_F(State, KnowsWhereTheLidarSits) {
+TEST_F(State, HoldsWhereTheLidarSits) {
   config_.front_end.lidar.T_base_lidar = {0.1, 0.0, std::numbers::pi / 2.0};
   config_.front_end.lidar.upside_down = true;
   state_.emplace(config_);

@@ -66,7 +66,7 @@ TEST(UltraScale, EveryValueSurvivesARoundTrip) {
   EXPECT_EQ(encodeMajor(100000), 4095);
 }
 
-TEST(UltraCapsule, LaysItsBitsOutAsTheProtocolSays) {
+TEST(UltraCapsule, LaysItsBitsOutAsTheProtocolDoes) {
   UltraCapsule capsule{.start_angle_q6 = 10 * 64, .start = true};
   for (auto& cabin : capsule.cabins) cabin = {0, 0, 0};
   capsule.cabins[0] = {0xABC, -2, 5};
@@ -186,7 +186,7 @@ TEST(UltraCapsule, AnyContentGivesAnglesWithinATurn) {
 
 // ---- Dense capsules
 
-TEST(DenseCapsule, LaysItsBytesOutAsTheProtocolSays) {
+TEST(DenseCapsule, LaysItsBytesOutAsTheProtocolDoes) {
   DenseCapsule capsule{.start_angle_q6 = 10 * 64, .start = true};
   capsule.distances_mm[0] = 0x1234;
   capsule.distances_mm[39] = 0xFFFE;
@@ -248,7 +248,7 @@ TEST(UltraDenseCapsule, RoundsADistanceToTheNearestOfItsScale) {
   }
 }
 
-TEST(UltraDenseCapsule, LaysItsBytesOutAsTheProtocolSays) {
+TEST(UltraDenseCapsule, LaysItsBytesOutAsTheProtocolDoes) {
   UltraDenseCapsule capsule{.start_angle_q6 = 350 * 64, .start = true};
   capsule.samples[0] = {4 * 1000, 47};
   capsule.samples[1] = {4 * 5046, 46};

@@ -100,7 +100,7 @@ TEST(RplidarAnswer, InfoOfARealA1) {
   EXPECT_FALSE(parseInfo(data));
 }
 
-TEST(RplidarAnswer, HealthKnowsThreeStates) {
+TEST(RplidarAnswer, HealthHasThreeStates) {
   EXPECT_EQ(parseHealth(Bytes{0, 0, 0})->status, HealthStatus::kOk);
   EXPECT_EQ(parseHealth(Bytes{1, 0, 0})->status, HealthStatus::kWarning);
   const auto error = parseHealth(Bytes{2, 0x34, 0x12});

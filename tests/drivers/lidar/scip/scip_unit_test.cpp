@@ -140,7 +140,7 @@ TEST(ScipUnit, RefusesAUnitWhoseParametersCannotBe) {
   EXPECT_TRUE(rig.lidar.status().problem().is(problem::kLidarUnknown)) << rig.words();
 }
 
-TEST(ScipUnit, SpeaksOfTheNetworkWhereItIsThere) {
+TEST(ScipUnit, NamesTheNetworkWhereItIsThere) {
   UnitRig rig(std::make_unique<Scripted>(std::map<std::string, std::string>{}),
               std::make_unique<ScipUnit>(ScipConfig{}, test::virtualNow), LineDevice::kHokuyo,
               "tcp://192.168.0.10:10940");

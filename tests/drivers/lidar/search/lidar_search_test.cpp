@@ -128,7 +128,7 @@ TEST(LidarSearch, ListensBeforeItAsks) {
   EXPECT_LE(virtual_now - begin, 500ms);
 }
 
-TEST(LidarSearch, TellsModelsOfOnePacketByTheirRate) {
+TEST(LidarSearch, DistinguishesModelsOfOnePacketByTheirRate) {
   Port ld19(packetLidar("ld19"), 230400), stl19p(packetLidar("stl19p"), 230400);
   EXPECT_EQ(ld19.find().facts->sample_rate, 4500.0);
   EXPECT_EQ(stl19p.find().facts->sample_rate, 5000.0);

@@ -79,7 +79,7 @@ TEST_F(BoardEmulatorTest, AcknowledgesWhatIsSetAndIgnoresWrongSizes) {
   EXPECT_TRUE(board_.told());
 }
 
-TEST_F(BoardEmulatorTest, SaysTheSpeedsAndItsChassis) {
+TEST_F(BoardEmulatorTest, ReportsTheSpeedsAndItsChassis) {
   greet();
   renew(0.1, -0.2);
   const auto speeds = robolink::parseMotorVector(*ask(Command::kGetMotorSpeed));
@@ -107,7 +107,7 @@ TEST_F(BoardEmulatorTest, StopsTheMotorsWhenNoCommandsCome) {
   EXPECT_NEAR(steps * 0.020, 0.7, 0.1);
 }
 
-TEST_F(BoardEmulatorTest, CountsFromZeroWhenToldTo) {
+TEST_F(BoardEmulatorTest, CountsFromZeroWhenAskedTo) {
   greet();
   renew(3.0, 4.0);
   EXPECT_EQ(mileage()[1], 4.0F);
@@ -165,7 +165,7 @@ TEST_F(BoardEmulatorTest, GarbageIsTheSameOfTheSameSeed) {
   EXPECT_TRUE(imu());
 }
 
-TEST_F(BoardEmulatorTest, ChecksumsAreWrongAsOftenAsToldTo) {
+TEST_F(BoardEmulatorTest, ChecksumsAreWrongAsOftenAsSet) {
   greet();
   EXPECT_TRUE(board_.inject("checksum", 3.0));
   for (int i = 0; i < 3; ++i) EXPECT_FALSE(imu());
@@ -221,7 +221,7 @@ TEST_F(BoardEmulatorTest, SlowAnswersComeLaterInOrder) {
   EXPECT_EQ(out[6], 16);
 }
 
-TEST_F(BoardEmulatorTest, RefusesFaultsItDoesNotKnow) {
+TEST_F(BoardEmulatorTest, RefusesUnknownFaults) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(board_.inject("", 1.0));
   EXPECT_FALSE(board_.inject("slower", 1.0));

@@ -62,7 +62,7 @@ TEST_P(ImuEmulatorTest, SendsASetOfGoodFrames) {
   EXPECT_NEAR(reading.gravity, -1.0, 0.001);
 }
 
-TEST_P(ImuEmulatorTest, FailsAsToldTo) {
+TEST_P(ImuEmulatorTest, FailsAsSet) {
   EXPECT_TRUE(unit_.inject("wrong", -2.0));
   EXPECT_NEAR(read().turn_rate, -1.0, 0.001);
   EXPECT_TRUE(unit_.inject("stuck", 1.0));
@@ -81,7 +81,7 @@ TEST_P(ImuEmulatorTest, FailsAsToldTo) {
   EXPECT_TRUE(bytes().empty());
 }
 
-TEST_P(ImuEmulatorTest, RefusesFaultsItDoesNotKnow) {
+TEST_P(ImuEmulatorTest, RefusesUnknownFaults) {
   EXPECT_FALSE(unit_.inject("reset", 1.0));
   EXPECT_FALSE(unit_.inject("silent", 0.5));
   EXPECT_FALSE(unit_.inject("checksum", -1.0));

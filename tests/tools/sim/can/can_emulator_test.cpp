@@ -240,7 +240,7 @@ TEST_F(CanEmulatorTest, GoesBusOffAndIsRestarted) {
   EXPECT_GT(frames.size(), 600U);
 }
 
-TEST_F(CanEmulatorTest, KnowsNoOtherKindAndNoValueBeyondReason) {
+TEST_F(CanEmulatorTest, RefusesOtherKindsAndValuesBeyondReason) {
   EXPECT_FALSE(emulator_.inject("sulk", 1));
   for (const char* kind : {"silent", "garbage", "stuck", "wrong", "slow", "delay", "watchdog", "axis_error", "idle",
                            "deaf", "firmware", "estimates", "imu_time", "imu_acceleration", "quaternion", "bus_off"}) {

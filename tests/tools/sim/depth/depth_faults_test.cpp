@@ -70,7 +70,7 @@ TEST(DepthFaults, GarbageKeepsTheHeader) {
   EXPECT_NE(sent, frame(2000));
 }
 
-TEST(DepthFaults, KnowNoOthers) {
+TEST(DepthFaults, RefuseOthers) {
   DepthFaults faults;
   EXPECT_FALSE(faults.inject("health", 1));
   EXPECT_FALSE(faults.inject("slow", 0));

@@ -16,7 +16,7 @@ TEST(LineFaults, PassesWhatIsSentWhileNothingIsWrong) {
   EXPECT_THAT(LineFaults().pass({1, 2, 3}, kNow), ElementsAre(1, 2, 3));
 }
 
-TEST(LineFaults, KnowsItsKindsAndNoOthers) {
+TEST(LineFaults, HasItsKindsAndNoOthers) {
   LineFaults faults;
   EXPECT_TRUE(faults.inject("unplug", 1));
   EXPECT_TRUE(faults.unplugged());

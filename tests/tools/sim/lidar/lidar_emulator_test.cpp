@@ -245,7 +245,7 @@ TEST(LidarEmulatorFault, AnotherMakesLidarSendsUnaskedAndReceivesNothing) {
   }
 }
 
-TEST(LidarEmulatorFault, SilentHearsAndReportsNothingUntilItIsOver) {
+TEST(LidarEmulatorFault, SilentReadsAndReportsNothingUntilItIsOver) {
   ScanningBench bench;
   bench.run(500ms);
   ASSERT_TRUE(bench.lidar.inject("silent", 1));
@@ -279,7 +279,7 @@ TEST(LidarEmulatorFault, ProtectionStopEndsTheScanAndRefusesAnother) {
   EXPECT_FALSE(bench.ask(Request::kScan).empty());
 }
 
-TEST(LidarEmulatorFault, AnEncoderResetIsToldByALateStartBit) {
+TEST(LidarEmulatorFault, AnEncoderResetIsSeenByALateStartBit) {
   ScanningBench bench;
   bench.run(1s);
   ASSERT_TRUE(bench.lidar.inject("encoder_reset", 1));

@@ -83,7 +83,7 @@ TEST(Situation, ReadsWords) {
   EXPECT_FALSE(with({"kidnapped=60"}).kidnapping->covered);
 }
 
-TEST(Situation, KnowsTheCodesOfNoReturn) {
+TEST(Situation, HasTheCodesOfNoReturn) {
   EXPECT_TRUE(std::isinf(with({"no-return=inf"}).no_return.ranges.at(0)));
   EXPECT_TRUE(std::isnan(with({"no-return=nan"}).no_return.ranges.at(0)));
   EXPECT_EQ(with({"no-return=8.183,8.187,8.191"}).no_return.ranges, (std::vector<float>{8.183F, 8.187F, 8.191F}));
