@@ -4,10 +4,17 @@
 #include <algorithm>
 
 namespace slam {
+namespace {
 
-/// Whether the stamp is ahead of streams that have gone on since the last sample of this one.
+constexpr double kNoPause = 10.0;  // [1] of the longest step so far: more than a pause of all streams at once
+
+}  // namespace
+
+/// Whether the stamp is ahead of streams that have gone on since the last sample of this one, or were as far as it and
+/// are not known to pause with it.
 bool ForwardJumpGuard::leads(Timestamp recorded, std::optional<Timestamp> others) {
-  if (!last_ || !others || *others <= *last_) return false;
+  if (!last_ || !others || *others < *last_) return false;
+  if (*others == *last_ && toSeconds(recorded - *last_) <= kNoPause * longest_step_) return false;
   const double lead = toSeconds(recorded - *others);
   if (lead <= lead_ + config_.ahead_of_others) {
     leading_ = 0;
@@ -32,6 +39,7 @@ bool ForwardJumpGuard::passes(Timestamp recorded, std::optional<Timestamp> other
     return false;
   }
   if (confirmed) longest_ = 2.0 * toSeconds(recorded - *held_);  // a stream that is slower than that
+  if (last_) longest_step_ = std::max(longest_step_, toSeconds(recorded - *last_));
   last_ = recorded;
   held_.reset();
   return true;

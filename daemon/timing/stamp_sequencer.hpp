@@ -37,9 +37,10 @@ class ForwardJumpGuard {
   bool leads(Timestamp recorded, std::optional<Timestamp> others);
 
   std::optional<Timestamp> last_, held_;
-  double longest_ = 0.0;  // [s] between two samples of the stream, as confirmed
-  double lead_ = 0.0;     // [s] before the other streams, as confirmed
-  int leading_ = 0;       // samples in a row that are further ahead
+  double longest_ = 0.0;       // [s] between two samples of the stream, as confirmed
+  double longest_step_ = 0.0;  // [s] between two samples that passed
+  double lead_ = 0.0;          // [s] before the other streams, as confirmed
+  int leading_ = 0;            // samples in a row that are further ahead
   std::uint32_t held_count_ = 0;
 };
 

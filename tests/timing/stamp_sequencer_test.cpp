@@ -37,17 +37,26 @@ TEST(StampSequencer, StampsIncreaseWhateverIsRecorded) {
 }
 
 TEST(ForwardJumpGuard, LeavesOutAStampAheadOfStreamsThatGoOn) {
-  ForwardJumpGuard guard;
-  std::mt19937 random(3);
-  std::uniform_real_distribution<double> uniform(0.0, 1.0);
-  std::uint32_t ahead = 0;
-  for (int i = 0, bad = 0; i < 5000; ++i) {
-    const std::int64_t ms = 1000 + 140 * i;
-    bad = bad < 2 && uniform(random) < 0.03 ? bad + 1 : 0;
-    ahead += bad > 0;
-    ASSERT_EQ(guard.passes(at(ms + (bad > 0 ? 1000 : 0)), at(ms + 5)), bad == 0) << i;
+  // [ms] Another stream is 5 ms ahead, or has the same stamps and its samples come second.
+  for (const auto& [step, others] : {std::pair(140, 5), std::pair(20, -20)}) {
+    ForwardJumpGuard guard;
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> uniform(0.0, 1.0);
+    std::uint32_t ahead = 0;
+    for (int i = 0, bad = 0; i < 5000; ++i) {
+      const std::int64_t ms = 1000 + step * i;
+      bad = i > 1 && bad < 2 && uniform(random) < 0.03 ? bad + 1 : 0;
+      ahead += bad > 0;
+      ASSERT_EQ(guard.passes(at(ms + (bad > 0 ? 1000 : 0)), at(ms + others)), bad == 0) << i;
+    }
+    EXPECT_EQ(guard.held(), ahead);
   }
-  EXPECT_EQ(guard.held(), ahead);
+}
+
+TEST(ForwardJumpGuard, TakesAPauseOfTwoStreamsOfTheSameStamps) {
+  ForwardJumpGuard guard;
+  for (const std::int64_t ms : {1000, 1140, 2400, 2540})
+    EXPECT_TRUE(guard.passes(at(ms), at(ms == 2400 ? 1140 : ms - 140)));
 }
 
 TEST(ForwardJumpGuard, TakesAStreamThatIsAlwaysAheadAndAPauseOfAll) {
