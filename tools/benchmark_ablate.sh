@@ -74,7 +74,7 @@ ablate_situations() {
 24d|kidnapped=60,covered|hall|150|known|-|
 10a 10c|walkers=4|hall|120|truth|-|
 10a 22|walkers=4|corridor-60|150|truth|-|
-34|follower=swaying|home|120|truth|-|
+-|follower=swaying|home|120|truth|-|
 14b 26a|wheels-away=40,52|home|100|truth|-|
 8 10 10b 20a|wheels-away=40,52|corridor-60|150|truth|-|
 14 14a|gyro-offset=0.1|home|60|truth|-|

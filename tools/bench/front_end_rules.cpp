@@ -90,7 +90,6 @@ const std::array kRules = std::to_array<Rule>({
      [](FrontEndConfig& c) { c.lidar.systematic.range_bias = c.lidar.systematic.bearing_scale = 0.0; }},
     {"32 a place that is not known", [](FrontEndConfig& c) { c.tracking.lost_position_sigma = kNever; }},
     {"33 gyro judged", [](FrontEndConfig& c) { c.gyro_monitor.rejected = kNever, c.gyro_monitor.least = 0; }},
-    {"34 keyframes where little fits", [](FrontEndConfig& c) { c.keyframe.overlap = 0.0; }},
 });
 
 }  // namespace
