@@ -95,7 +95,7 @@ ablate_situations() {
 2,||home|60|truth|imu-set-back|
 2||home|60|truth|out-of-order|
 5||home|60|truth|copies|
-4 6||home|60|truth|stuck|
+4||home|60|truth|stuck|
 -||home|60|truth|late|
 16a 16b||home|60|truth|wheel-jitter|
 3a||home|100|truth|-|lidar.time_offset=0.19

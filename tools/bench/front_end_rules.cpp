@@ -19,8 +19,6 @@ const std::array kRules = std::to_array<Rule>({
     {"3a lidar's delay", [](FrontEndConfig& c) { c.lidar_delay.least_error = kNever; }},
     {"4 lidar stuck", [](FrontEndConfig& c) { c.intake.repeats.stuck_turns = kOften; }},
     {"5 scan is a copy", [](FrontEndConfig& c) { c.intake.fastest_turn = c.intake.soonest_scan = 0.0; }},
-    {"6 stuck counts only while moving",
-     [](FrontEndConfig& c) { c.intake.moving_speed = c.intake.moving_turn = -1.0; }},
     {"6a what moves with the robot", [](FrontEndConfig& c) { c.preprocessor.interpreter.body.enough = kOften; }},
     {"6f one step where all around stays",
      [](FrontEndConfig& c) { c.preprocessor.interpreter.body.most_around = kNever; }},
