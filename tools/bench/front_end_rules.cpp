@@ -80,7 +80,6 @@ const std::array kRules = std::to_array<Rule>({
     {"28b scans against odometry", [](FrontEndConfig& c) { c.scan_monitor.contradiction = kNever; }},
     {"28c scans against a gyro that rested", [](FrontEndConfig& c) { c.heading_monitor.contradiction = kNever; }},
     {"28d walls in the open", [](FrontEndConfig& c) { c.validator.walls_in_the_open = kNever; }},
-    {"29 moves as the nearest", [](FrontEndConfig& c) { c.follows_nearest = false; }},
     {"30 lidar's mount found", [](FrontEndConfig& c) { c.mount_monitor.mostly = kNever; }},
     {"30a lidar's mount considered",
      [](FrontEndConfig& c) { c.lidar.systematic.mount_yaw = c.lidar.systematic.mount_offset = 0.0; }},
