@@ -69,12 +69,12 @@ ablate_floors() {
 # settings. RULES: first words of the names of those that it is a drive for; - none.
 ablate_situations() {
   cat <<END
-26|kidnapped=60|home|120|known|-|
+22b 26|kidnapped=60|home|120|known|-|
 24b,|kidnapped=60,covered|homes|150|known|-|
 24d|kidnapped=60,covered|hall|150|known|-|
 10a 10c|walkers=4|hall|120|truth|-|
 10a 22|walkers=4|corridor-60|150|truth|-|
-34|follower=swaying|home|120|truth|-|
+-|follower=swaying|home|120|truth|-|
 14b 26a|wheels-away=40,52|home|100|truth|-|
 8 10 10b 20a|wheels-away=40,52|corridor-60|150|truth|-|
 14 14a|gyro-offset=0.1|home|60|truth|-|
@@ -82,7 +82,7 @@ ablate_situations() {
 28c|second-lidar=5|home|100|truth|-|
 6b|range-noise=0.3|home|100|truth|-|
 9 20a|beams=60|corridor-30|150|truth|-|
-22b|field-of-view=58 range-max=4|home|100|truth|-|
+-|field-of-view=58 range-max=4|home|100|truth|-|
 20b|range-max=8|corridor-60|150|truth|-|
 -|start=moving|home|60|course|-|
 19a 20b 27a|turn-rate=2|home|120|truth|-|base.driver='none' imu.driver='none'
@@ -95,7 +95,7 @@ ablate_situations() {
 2,||home|60|truth|imu-set-back|
 2||home|60|truth|out-of-order|
 5||home|60|truth|copies|
-4 6||home|60|truth|stuck|
+4||home|60|truth|stuck|
 -||home|60|truth|late|
 16a 16b||home|60|truth|wheel-jitter|
 3a||home|100|truth|-|lidar.time_offset=0.19

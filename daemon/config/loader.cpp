@@ -30,6 +30,7 @@ constexpr std::array kRetired = std::to_array<RetiredKey>({
     {"search", "max_doubt", "the match starts from several poses where its overlap drops, or the wheels are ignored"},
     {"search", "wheel_guidance",
      "the match starts from several poses where its overlap drops, or the wheels are ignored"},
+    {"keyframe", "overlap", "a scan becomes a keyframe by the motion since the last one, however much of it matches"},
     {"localisation", "kidnap_distance", "a robot is carried away when its scans see through the walls around it"},
     {"relocalisation", "min_seen", "that the robot is in no place of the map is one of the places compared"},
 });

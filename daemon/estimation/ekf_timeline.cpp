@@ -178,7 +178,7 @@ std::optional<Twist2> EkfTimeline::recentTwist(std::size_t end) const {
   std::size_t begin = last->begin;
   while (seconds(begin) < config_.recent && !restarted(begin)) {
     const auto before = wheelsBefore(begin);
-    if (!before || seconds(*before) > config_.too_long_ago) break;
+    if (!before || seconds(*before) > 2.0 * config_.recent) break;
     begin = *before;
   }
   if (begin == last->begin) return std::nullopt;

@@ -13,12 +13,12 @@
 namespace slam {
 
 struct EkfTimelineConfig {
-  double window = 1.0;        ///< [s] a sample this much older than the newest is still fused at its own stamp
-  int capacity = 1024;        ///< samples kept at most; bounds the window at high rates
-  double too_soon = 0.5;      ///< [1] of the mean interval before: an interval so short is joined to the next
-  double jitter = 0.01;       ///< [s] that stamps are late now and then; what is longer apart was so in truth
-  double recent = 0.1;        ///< [s] stamps that are off by half an interval make little speed over so long ...
-  double too_long_ago = 0.2;  ///< [s] ... and a robot brakes within so long
+  double window = 1.0;    ///< [s] a sample this much older than the newest is still fused at its own stamp
+  int capacity = 1024;    ///< samples kept at most; bounds the window at high rates
+  double too_soon = 0.5;  ///< [1] of the mean interval before: an interval so short is joined to the next
+  double jitter = 0.01;   ///< [s] that stamps are late now and then; what is longer apart was so in truth
+  double recent = 0.1;    ///< [s] stamps that are off by half an interval make little speed over so long; a robot
+                          ///< brakes within twice of it
 
   void visitSettings(auto& v) {
     v.expert("window", window, "s", 0.05, 10.0,

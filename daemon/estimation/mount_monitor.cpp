@@ -26,8 +26,7 @@ void MountMonitor::compare(const Pose2& T_odom_base, const Pose2& T_map_base, bo
   const auto square = [](double value) { return value * value; };
   Interval& interval = intervals_[count_++ % intervals_.size()];
   interval = {wheels.translation(), scans.translation(), scans.theta};
-  interval.slipped =
-      std::abs(wrapAngle(wheels.theta - scans.theta)) > config_.same_turn + config_.same_turn_share * turn;
+  interval.slipped = std::abs(wrapAngle(wheels.theta - scans.theta)) > config_.same_turn * (1.0 + turn);
   interval.variance =
       square(config_.match_sigma) + square(config_.wheel_sigma) * way + square(config_.turn_sigma * turn);
   estimate();

@@ -17,12 +17,12 @@ struct MountMonitorConfig {
   double expected = 6.0;       ///< [1] ... these variances, which count as so many intervals ...
   double least_share = 0.05;   ///< [1] ... down to this share of them
   double turn_sigma = 0.01;    ///< [m/rad] by which the centre wanders that wheels turn about
-  double same_turn = 0.02;  ///< [rad] odometry that turns otherwise than the scans has slipped, by more than this ...
-  double same_turn_share = 0.02;  ///< [1] ... and this share of the turn
-  double mostly = 0.8;            ///< [1] of the intervals must be without slip: else wheels are no measure
-  double outlier = 2.5;           ///< [1] standard deviations at which an interval has lost half its weight
-  double scale_sigma = 0.2;       ///< [1] of the wheels' scale
-  int rounds = 4;                 ///< of weights and variance
+  double same_turn = 0.02;     ///< [rad] odometry that turns otherwise than the scans has slipped, by more than this
+                               ///< and as many radians for each of the turn
+  double mostly = 0.8;         ///< [1] of the intervals must be without slip: else wheels are no measure
+  double outlier = 2.5;        ///< [1] standard deviations at which an interval has lost half its weight
+  double scale_sigma = 0.2;    ///< [1] of the wheels' scale
+  int rounds = 4;              ///< of weights and variance
 };
 
 /// By how much a lidar's mount is off: what to add to its x, y [m] and yaw [rad].

@@ -3,13 +3,14 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "core/pose_covariance.hpp"
 
 namespace slam {
 double ScanMonitor::kept(const Pose2& moved) const {
-  return std::exp(-std::hypot(moved.x, moved.y) / config_.memory - std::abs(moved.theta) / config_.memory_turn);
+  return std::exp(-std::hypot(moved.x, moved.y) / config_.memory - std::abs(moved.theta) / (2.0 * std::numbers::pi));
 }
 
 void ScanMonitor::compare(const Ekf& odometry, const Pose2& T_map_base, const Eigen::Matrix3d& covariance,
@@ -42,7 +43,7 @@ void ScanMonitor::compare(const Ekf& odometry, const Pose2& T_map_base, const Ei
   Eigen::Matrix3d S = noise_sum_ + rotated(covariance, -T_map_base.theta);
   S += square(wheels.scale().sigma()) * by_scale_ * by_scale_.transpose();
   Eigen::Vector3d difference = difference_;
-  double turn_scale = config_.turn_scale;
+  double turn_scale = noise_.wheel_turn_rate_scale;
   if (odometry.gyroActive()) {
     S += bias.variance * by_bias_ * by_bias_.transpose();
     difference -= gyro_scale.scale() * by_turn_;

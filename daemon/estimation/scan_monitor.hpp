@@ -12,10 +12,8 @@
 namespace slam {
 
 struct ScanMonitorConfig {
-  double memory = 10.0;        ///< [m] of way ...
-  double memory_turn = 6.3;    ///< [rad] ... and of turns that are remembered
+  double memory = 10.0;        ///< [m] of way that is remembered, and one whole turn
   double contradiction = 3.0;  ///< [1] standard deviations between odometry and scans are no noise any more
-  double turn_scale = 0.05;    ///< [1] error of the turns' scale by the wheels' base, where there is no gyro
 };
 
 /// Compares the way that matched scans tell with the odometry's, over so many metres that a small steady error shows. A

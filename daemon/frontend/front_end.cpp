@@ -48,7 +48,7 @@ FrontEnd::FrontEnd(const FrontEndConfig& config, Stopwatch stopwatch, const Fron
                MountMonitor(config.lidar.systematic.mountCovariance(), config.mount_monitor),
                LidarDelay(config.lidar_delay)},
       preprocessor_(config_.preprocessor, config_.lidar, config_.match, start.body),
-      local_map_(config_.reference, config_.lidar.T_base_lidar, config_.localise_only, config_.follows_nearest),
+      local_map_(config_.reference, config_.lidar.T_base_lidar, config_.localise_only),
       registration_(config_.registration, config_.search, config_.search_window, stopwatch),
       validator_(config_.validator, config_.dynamic_object_gate, config_.search_window,
                  config_.lidar.T_base_lidar.translation()),

@@ -35,8 +35,7 @@ struct FrontEndConfig {
   TrackingConfig tracking;
   KeyframeConfig keyframe;
   DepthViewConfig depth;
-  bool follows_nearest = true;  ///< a correction moves the pose as the nearest keyframe; false: as the newest
-  bool localise_only = false;   ///< the map is given: scans do not extend it
+  bool localise_only = false;  ///< the map is given: scans do not extend it
 
   void visitSettings(auto& v) {
     v.section("ekf", "Kalman filter of wheels and IMU");

@@ -36,21 +36,16 @@ void KeyframeSelector::beginSession(KeyframeOrigin origin, double heading_tolera
 
 const Keyframe* KeyframeSelector::select(const Cloud& cloud, const Pose2& T_map_base, const MatchResult& match,
                                          const Sensitivity& sensitivity, LocalMap& local_map) {
-  const auto movedFrom = [&](const Pose2& pose, double share = 1.0) {
+  const auto movedFrom = [&](const Pose2& pose) {
     const Pose2 moved = between(pose, T_map_base);
-    return std::hypot(moved.x, moved.y) > share * config_.translation ||
-           std::abs(moved.theta) > share * config_.rotation;
+    return std::hypot(moved.x, moved.y) > config_.translation || std::abs(moved.theta) > config_.rotation;
   };
   if (!local_map.extends()) return movedFrom(last_refresh_) ? refresh(cloud, T_map_base, local_map) : nullptr;
-  const bool long_ago = toSeconds(cloud.stamp - last_refresh_stamp_) > config_.refresh_period;
-  if (match.overlap < config_.overlap) {  // soon, but not at every scan of a robot that stands in a crowd
-    const bool due = movedFrom(local_map.newest(), config_.soon) || long_ago;
-    return due ? keep(cloud, T_map_base, match, sensitivity, local_map) : nullptr;
-  }
   if (match.known_ratio < config_.known_ratio) {
     return movedFrom(local_map.newest()) ? keep(cloud, T_map_base, match, sensitivity, local_map) : nullptr;
   }
   if (match.observable == 3) unseen_.setZero();  // the robot is back where the map is known
+  const bool long_ago = toSeconds(cloud.stamp - last_refresh_stamp_) > config_.refresh_period;
   return movedFrom(last_refresh_) || long_ago ? refresh(cloud, T_map_base, local_map) : nullptr;
 }
 

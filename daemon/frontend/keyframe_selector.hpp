@@ -36,8 +36,6 @@ struct KeyframeConfig {
   double rotation = 0.17;     ///< [rad] since the last keyframe
   double known_ratio = 0.80;  ///< [1] a scan that shows this share of well-known surfels adds nothing: it is a refresh
   double refresh_period = 1.0;  ///< [s] between refreshes of a robot that stands still in a known place
-  double overlap = 0.70;        ///< [1] share of points that meet the reference: fewer makes a keyframe ...
-  double soon = 0.25;           ///< [1] ... after this share of the usual motion
   DriftConfig drift;
 
   void visitSettings(auto& v) {
@@ -45,8 +43,6 @@ struct KeyframeConfig {
              "A scan becomes a keyframe when the robot is this far from the last keyframe.");
     v.expert("rotation", rotation, "rad", 0.01, std::numbers::pi,
              "A scan becomes a keyframe when the robot has turned this far since the last keyframe.");
-    v.expert("overlap", overlap, "1", 0.0, 1.0,
-             "A scan becomes a keyframe at once when a smaller share of its points meets the local map.");
     v.expert("known_ratio", known_ratio, "1", 0.0, 1.0,
              "A scan with this share of points on well-known surfels adds no keyframe to the map.");
     v.expert("refresh_period", refresh_period, "s", 0.1, 3600.0,

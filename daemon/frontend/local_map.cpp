@@ -9,12 +9,8 @@
 
 namespace slam {
 
-LocalMap::LocalMap(const ReferenceConfig& reference, const Pose2& T_base_lidar, bool localise_only,
-                   bool follows_nearest)
-    : T_base_lidar_(T_base_lidar),
-      follows_nearest_(follows_nearest),
-      localise_only_(localise_only),
-      reference_(reference) {
+LocalMap::LocalMap(const ReferenceConfig& reference, const Pose2& T_base_lidar, bool localise_only)
+    : T_base_lidar_(T_base_lidar), localise_only_(localise_only), reference_(reference) {
   for (KeptScan& scan : kept_) scan.points.reserve(LaserScan::kCapacity);
   scratch_.reserve(LaserScan::kCapacity);
   keyframes_.reserve(MapCorrection::kMaxKeyframes);
@@ -78,7 +74,7 @@ Pose2 LocalMap::apply(MapCorrection& correction, const Eigen::Vector2d& robot) {
     const Pose2 T = common ? corrected->T_map_base * old.T_map_base.inverse() : *T_new_ahead;
     if (old.id == correction.newest) T_new_ahead = T;
     const double distance = (old.T_map_base.translation() - robot).squaredNorm();
-    if (follows_nearest_ && distance >= nearest) continue;
+    if (distance >= nearest) continue;
     nearest = distance;
     T_new_old = T;
   }

@@ -27,10 +27,8 @@ struct AnchoredPose {
 /// After construction no allocation.
 class LocalMap {
  public:
-  /// @param localise_only   the map is given: scans do not extend it
-  /// @param follows_nearest a correction moves the pose as the nearest keyframe; false: as the newest
-  LocalMap(const ReferenceConfig& reference, const Pose2& T_base_lidar, bool localise_only = false,
-           bool follows_nearest = true);
+  /// @param localise_only the map is given: scans do not extend it
+  LocalMap(const ReferenceConfig& reference, const Pose2& T_base_lidar, bool localise_only = false);
 
   /// Nothing was added since the beginning or clear().
   bool empty() const { return !newest_; }
@@ -72,7 +70,7 @@ class LocalMap {
   KeptScan& kept(int id) { return kept_[static_cast<std::size_t>(id) % kept_.size()]; }
 
   Pose2 T_base_lidar_;
-  bool follows_nearest_, localise_only_;
+  bool localise_only_;
   Reference reference_;
   std::vector<ReferenceKeyframe> keyframes_;              // by id
   std::array<KeptScan, MapCorrection::kMostAhead> kept_;  // newest keyframes, which a correction may not know yet

@@ -35,7 +35,7 @@ double MatchValidator::support(const MatchResult& match, const Pose2& guess, con
   image_.set(cloud.points, lidar_);
   const auto fit = [&](const Pose2& T_map_base) {
     return overlapAt(local_map.reference(), cloud.points, T_map_base, cloud.match.kernel_scale, cloud.match) -
-           local_map.reference().freeSpaceViolation(T_map_base, image_, config_.known_surfel);
+           local_map.reference().freeSpaceViolation(T_map_base, image_, cloud.match.known_observations);
   };
   return fit(match.T_ref_base) - fit({guess.x, guess.y, match.T_ref_base.theta});
 }
@@ -57,7 +57,7 @@ bool MatchValidator::acceptSearch(const MatchResult& match, const Cloud& cloud, 
   if (!match.usable() || match.overlap < config_.trusted_overlap) return false;
   const bool much_worse = match.overlap < tracking.fusedOverlap() - config_.much_worse;
   if (much_worse && !isNear(match.T_ref_base, tracking.lastPose())) return false;
-  return !seesThroughWalls(match.T_ref_base, cloud, local_map, config_.known_surfel);
+  return !seesThroughWalls(match.T_ref_base, cloud, local_map, cloud.match.known_observations);
 }
 
 bool MatchValidator::seesThroughWalls(const Pose2& T_map_base, const Cloud& cloud, const LocalMap& local_map,

@@ -19,7 +19,6 @@ struct ValidatorConfig {
   double gyro_error = 0.1;             ///< [rad] of a turn by the gyro, beside three of its standard deviations
   double much_worse = 0.12;            ///< [1] overlap lost by a find: it is another place
   double free_space_violation = 0.12;  ///< [1] of the walls in sight; of a right find at most 0.10
-  double known_surfel = 4.0;           ///< [1] observations
   double walls_in_the_open = 0.4;  ///< [1] of a scan's points on walls that stand where earlier scans saw through ...
   double in_the_open_for = 3.0;    ///< [s] ... so long: the robot was carried away
 

@@ -43,7 +43,7 @@ MatchResult Registration::align(const Cloud& cloud, const LocalMap& local_map, c
 
 MatchResult Registration::search(const Cloud& cloud, const LocalMap& local_map, const Pose2& predicted, int failures) {
   ++searched_;
-  const double widening = 1.0 + config_.widening * std::min(failures, config_.most_widened);
+  const double widening = 1.0 + std::min(failures, config_.most_widened);
   const SearchWindow window{widening * window_.translation, widening * window_.rotation};
   return search_.match(local_map.reference(), cloud.points, predicted, window, cloud.match).match;
 }

@@ -16,8 +16,7 @@ struct RegistrationConfig {
   int starts = 4;                ///< poses that are tried at most, the prediction first
   double clearly_better = 0.01;  ///< [1] of overlap, between starting poses
   double sudden_loss = 0.03;     ///< [1] of overlap from one scan to the next: the prediction may be wrong
-  double widening = 1.0;         ///< [1] of the search window, with each failure ...
-  int most_widened = 8;          ///< ... up to so many in a row
+  int most_widened = 8;          ///< failures in a row with each of which the search window grows by itself
 };
 
 /// Where the filters put the robot at a scan's stamp, before the scan is known.

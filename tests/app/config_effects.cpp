@@ -184,7 +184,6 @@ std::vector<Effect> effectsOfEstimation() {
       {"reference.merge_distance", "0.02", drive},
       {"keyframe.translation", "0.05", drive},
       {"keyframe.rotation", "1.0", drive},
-      {"keyframe.overlap", "1.0", drive},
       {"keyframe.known_ratio", "0.1", drive},
       {"keyframe.refresh_period", "0.1", drive, {"keyframe.known_ratio=0.2"}},
       {"keyframe.max_failures", "2", kidnapped},

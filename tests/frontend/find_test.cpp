@@ -186,15 +186,6 @@ TEST(State, IsDegradedAfterItsTimeAndLostByItsSigma) {
   EXPECT_EQ(after(standing(config), 0.5).state, LocalisationState::kLost);
 }
 
-TEST(IsMoving, FromItsSpeedOrItsTurnOn) {
-  EXPECT_FALSE(isMoving({0.019, 0, 0.049}));
-  EXPECT_TRUE(isMoving({0.021, 0, 0}));
-  EXPECT_TRUE(isMoving({-0.021, 0, 0}));
-  EXPECT_TRUE(isMoving({0, 0.021, 0}));
-  EXPECT_TRUE(isMoving({0, 0, 0.051}));
-  EXPECT_TRUE(isMoving({0, 0, -0.051}));
-}
-
 TEST(State, IsDegradedByOneScanThatMatchesNothing) {
   PlaceDrive drive(hall(false));
   drive.run(2.0, kStand);

@@ -21,14 +21,12 @@ const Eigen::Vector3d kStand(0, 0, 0), kAhead(0.1, 0, 0), kSpin(0, 0, 0.1);  // 
 FrontEndConfig unfamiliar() {
   FrontEndConfig config;
   config.keyframe.known_ratio = 1.1;
-  config.keyframe.overlap = 0.0;
   return config;
 }
 /// All is familiar: they become looks.
 FrontEndConfig familiar() {
   FrontEndConfig config;
   config.keyframe.known_ratio = 0.0;
-  config.keyframe.overlap = 0.0;
   config.keyframe.refresh_period = 1e9;
   return config;
 }
@@ -89,24 +87,6 @@ TEST(KeyframeLimits, AKnownPlaceIsLookedAtAfterADistanceOrATurnOrATime) {
     expectWithin(steps(standing, seconds), period, period + 0.21, 4);
     for (std::size_t i = 1; i < standing.kept.size(); ++i) EXPECT_TRUE(standing.kept[i].look);
   }
-}
-
-TEST(KeyframeLimits, AScanThatMeetsLittleIsKeptSoon) {
-  FrontEndConfig config;
-  config.keyframe.overlap = 1.1;  // none meets enough
-  config.keyframe.refresh_period = 1e9;
-  PlaceDrive ahead(test::furnishedRoom(), config), spin(test::furnishedRoom(), config);
-  config.keyframe.refresh_period = 1.5;
-  PlaceDrive standing(test::furnishedRoom(), config);
-  ahead.run(1.0, kStand);
-  ahead.run(5.0, {0.06, 0, 0});
-  expectWithin(steps(ahead, way), 0.04, 0.07, 4);
-  spin.run(1.0, kStand);
-  spin.run(5.0, {0, 0, 0.06});
-  expectWithin(steps(spin, turn), 0.035, 0.06, 4);
-  standing.run(12.0, kStand);
-  expectWithin(steps(standing, seconds), 1.5, 1.71, 4);
-  for (const Kept& kept : standing.kept) EXPECT_FALSE(kept.look);
 }
 
 TEST(KeyframeLimits, AGivenMapIsLookedAtAndNotExtended) {

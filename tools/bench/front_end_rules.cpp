@@ -19,8 +19,6 @@ const std::array kRules = std::to_array<Rule>({
     {"3a lidar's delay", [](FrontEndConfig& c) { c.lidar_delay.least_error = kNever; }},
     {"4 lidar stuck", [](FrontEndConfig& c) { c.intake.repeats.stuck_turns = kOften; }},
     {"5 scan is a copy", [](FrontEndConfig& c) { c.intake.fastest_turn = c.intake.soonest_scan = 0.0; }},
-    {"6 stuck counts only while moving",
-     [](FrontEndConfig& c) { c.intake.moving_speed = c.intake.moving_turn = -1.0; }},
     {"6a what moves with the robot", [](FrontEndConfig& c) { c.preprocessor.interpreter.body.enough = kOften; }},
     {"6f one step where all around stays",
      [](FrontEndConfig& c) { c.preprocessor.interpreter.body.most_around = kNever; }},
@@ -75,14 +73,13 @@ const std::array kRules = std::to_array<Rule>({
     {"26d rejections that agree", [](FrontEndConfig& c) { c.ekf.same_error = kNever; }},
     {"26b no farther than 1 km", [](FrontEndConfig& c) { c.ekf.farthest_pose = kNever; }},
     {"27 search", [](FrontEndConfig& c) { c.validator.trusted_overlap = 2.0; }},
-    {"27a window grows", [](FrontEndConfig& c) { c.registration.widening = 0.0; }},
+    {"27a window grows", [](FrontEndConfig& c) { c.registration.most_widened = 0; }},
     {"27b ambiguous", [](FrontEndConfig& c) { c.search.ambiguity = kNever; }},
     {"27d slide", [](FrontEndConfig& c) { c.search.clear_gain = 2.0F; }},
     {"28 failures make a keyframe", [](FrontEndConfig& c) { c.tracking.degraded_after = kLongSilence; }},
     {"28b scans against odometry", [](FrontEndConfig& c) { c.scan_monitor.contradiction = kNever; }},
     {"28c scans against a gyro that rested", [](FrontEndConfig& c) { c.heading_monitor.contradiction = kNever; }},
     {"28d walls in the open", [](FrontEndConfig& c) { c.validator.walls_in_the_open = kNever; }},
-    {"29 moves as the nearest", [](FrontEndConfig& c) { c.follows_nearest = false; }},
     {"30 lidar's mount found", [](FrontEndConfig& c) { c.mount_monitor.mostly = kNever; }},
     {"30a lidar's mount considered",
      [](FrontEndConfig& c) { c.lidar.systematic.mount_yaw = c.lidar.systematic.mount_offset = 0.0; }},
@@ -90,7 +87,6 @@ const std::array kRules = std::to_array<Rule>({
      [](FrontEndConfig& c) { c.lidar.systematic.range_bias = c.lidar.systematic.bearing_scale = 0.0; }},
     {"32 a place that is not known", [](FrontEndConfig& c) { c.tracking.lost_position_sigma = kNever; }},
     {"33 gyro judged", [](FrontEndConfig& c) { c.gyro_monitor.rejected = kNever, c.gyro_monitor.least = 0; }},
-    {"34 keyframes where little fits", [](FrontEndConfig& c) { c.keyframe.overlap = 0.0; }},
 });
 
 }  // namespace

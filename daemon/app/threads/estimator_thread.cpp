@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/threads/estimator_thread.hpp"
 
+#include <cmath>
 #include <utility>
 
 #include "app/device_configs.hpp"
@@ -61,7 +62,8 @@ void EstimatorThread::handOverPose() {
   const Timestamp now = monotonicNow();
   snapshot_.pose = front_end_->estimate(now);
   snapshot_.odometry = front_end_->odometry(now);
-  ends_.moving = isMoving(snapshot_.odometry.twist);
+  const Twist2& twist = snapshot_.odometry.twist;
+  ends_.moving = !front_end_->config().ekf.standstill.isQuiet(std::hypot(twist.vx, twist.vy), twist.omega);
   snapshot_.counters = front_end_->counters();
   snapshot_.filter = front_end_->filterCounters();
   snapshot_.tracking = front_end_->trackingReport(now);

@@ -15,10 +15,6 @@ std::optional<Timestamp> newestOf(const ForwardJumpGuard& a, const ForwardJumpGu
 
 }  // namespace
 
-bool isMoving(const Twist2& twist, const IntakeConfig& config) {
-  return std::hypot(twist.vx, twist.vy) > config.moving_speed || std::abs(twist.omega) > config.moving_turn;
-}
-
 SensorIntake::SensorIntake(const IntakeConfig& config, const LidarModel& lidar)
     : config_(config),
       wheels_(config.stamps, config.wheel_time_offset),
@@ -74,7 +70,7 @@ bool SensorIntake::isRepeat(const LaserScan& scan) const {
 
 /// A lidar that repeats a turn would hold the robot in place, or take it back when it stops: its scans fit perfectly.
 bool SensorIntake::isStuck(Timestamp first, const EkfTimeline& odometry) {
-  if (!isMoving(odometry.upTo(first).twist(), config_)) return repeats_.isStuck(std::nullopt);
+  if (odometry.upTo(first).standstill()) return repeats_.isStuck(std::nullopt);
   return repeats_.isStuck(odometry.poseAt(first) * T_base_lidar_);
 }
 

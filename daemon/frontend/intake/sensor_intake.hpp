@@ -20,13 +20,8 @@ struct IntakeConfig {
   ScanRepeatConfig repeats;
   double wheel_time_offset = 0.0, imu_time_offset = 0.0;  ///< [s] added to the stamps
   double fastest_turn = 0.02;                             ///< [s] no lidar turns faster ...
-  double soonest_scan = 0.6;   ///< [1] ... nor in less than this share of the usual interval: a copy
-  double moving_speed = 0.02;  ///< [m/s] from here on no sensor sees the same twice ...
-  double moving_turn = 0.05;   ///< [rad/s] ... nor from here on
+  double soonest_scan = 0.6;  ///< [1] ... nor in less than this share of the usual interval: a copy
 };
-
-/// Whether a robot moves so fast that no sensor sees the same twice.
-bool isMoving(const Twist2& twist, const IntakeConfig& config = {});
 
 /// Takes the sensors' samples in: puts their stamps in order and into the filters' time, and refuses those that are no
 /// measurement of now: damaged stamps, copies, the turns that a stuck lidar repeats, and numbers that cannot be.

@@ -35,7 +35,7 @@ void StuckScanDetector::add(const LaserScan& scan, std::span<const float> codes)
     seen_[bin] = newest_[bin] = beam.range;
   }
   is_repeat_ = to_last.compared >= config_.fewest && to_last.equal == to_last.compared;
-  is_like_begin_ = to_begin.compared >= config_.fewest && to_begin.equal > config_.most * to_begin.compared;
+  is_like_begin_ = to_begin.compared >= config_.fewest && to_begin.equal > config_.by_chance * to_begin.compared;
 }
 
 bool StuckScanDetector::isStuck(const std::optional<Pose2>& T_odom_lidar) {
@@ -90,7 +90,7 @@ bool StuckScanDetector::contradicts(const Pose2& T_now_begin) {
     if (hasLeft(range * directions_[bin], vertex - 1, tolerance)) left.add(begin_[bin], newest_[bin]);
   }
   if (left.compared < config_.must_change) return false;
-  const bool unchanged = left.equal >= config_.unchanged * left.compared;
+  const bool unchanged = left.equal >= config_.by_chance * left.compared;
   if (!unchanged) begin(*T_odom_begin_ * T_now_begin.inverse());
   return unchanged;
 }

@@ -13,10 +13,9 @@ namespace slam {
 
 struct ScanRepeatConfig {
   int fewest = 50;              ///< beams that can be compared
-  double most = 0.7;            ///< [1] of them that are equal by chance: coarse steps, walls near by
+  double by_chance = 0.7;       ///< [1] of beams are equal by chance at most: coarse steps, walls near by
   int stuck_turns = 2;          ///< repeated in a row
-  int must_change = 10;         ///< beams that the motion must have changed ...
-  double unchanged = 0.7;       ///< [1] ... of which so many are equal: no motion explains it
+  int must_change = 10;         ///< beams that the motion must have changed, and that no chance explains
   double steps = 2.0;           ///< [1] of the ranges: two of them round by one together, one more is a change
   double place_error = 0.05;    ///< [m] of the motion: stamps of lidar and wheels differ
   double heading_error = 0.01;  ///< [rad] of the motion

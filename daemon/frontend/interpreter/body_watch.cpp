@@ -14,8 +14,11 @@ double radiansPerBin() { return std::numbers::pi / 360.0; }
 
 }  // namespace
 
-BodyWatch::BodyWatch(const Pose2& T_base_lidar, bool upside_down, const BodyWatchConfig& config)
-    : config_(config), T_base_lidar_(T_base_lidar), side_(upside_down ? -1.0 : 1.0) {
+BodyWatch::BodyWatch(const LidarModel& lidar, const BodyWatchConfig& config)
+    : config_(config),
+      T_base_lidar_(lidar.T_base_lidar),
+      side_(lidar.upside_down ? -1.0 : 1.0),
+      tolerance_(config.same_range * lidar.range_sigma) {
   for (int bin = 0; bin < bins(); ++bin) {
     const double bearing = bin * radiansPerBin();
     directions_[static_cast<std::size_t>(bin)] = {std::cos(bearing), side_ * std::sin(bearing)};
@@ -30,8 +33,6 @@ Eigen::Vector2d BodyWatch::pointAt(int bin, float range) const {
   return range * directions_[static_cast<std::size_t>(bin)];
 }
 
-double BodyWatch::tolerance() const { return config_.same_range * config_.range_sigma; }
-
 bool BodyWatch::isSame(float range, const Ranges& seen, int bin) const {
   const float here = seen[static_cast<std::size_t>(bin)];
   if (here == 0.0F) return false;
@@ -42,12 +43,12 @@ bool BodyWatch::isSame(float range, const Ranges& seen, int bin) const {
     least = std::min(least, there);
     most = std::max(most, there);
   }
-  const double near = tolerance();
+  const double near = tolerance_;
   return range > least - near && range < most + near;
 }
 
 std::optional<int> BodyWatch::sight(const Ranges& ranges, const Eigen::Vector2d& point) const {
-  const double distance = point.norm(), near = tolerance();
+  const double distance = point.norm(), near = tolerance_;
   if (distance < config_.place_error) return std::nullopt;
   const int bin = binOf(side_ * std::atan2(point.y(), point.x()));
   const int reach = spacing_ + static_cast<int>(config_.place_error / distance / radiansPerBin());
@@ -107,7 +108,7 @@ void BodyWatch::update(bool moved) {
       }
       body_[i] += static_cast<float>(config_.follow) * (now_[i] - body_[i]);
       steps = static_cast<std::int8_t>(std::min(config_.sure, steps + (allStayedAround(bin) ? config_.enough : 1)));
-    } else if (steps > 0 && now_[i] > body_[i] + tolerance()) {
+    } else if (steps > 0 && now_[i] > body_[i] + tolerance_) {
       steps = static_cast<std::int8_t>(std::max(0, steps - config_.passed));
     }
     if (steps < config_.enough) continue;
@@ -124,7 +125,7 @@ bool BodyWatch::allStayedAround(int bin) const {
     seen += now_[i] > 0.0F;
     stayed += stayed_[i];
   }
-  return seen >= config_.few_around && stayed >= config_.most_around * seen;
+  return seen >= config_.around && stayed >= config_.most_around * seen;
 }
 
 bool BodyWatch::isBody(const Beam& beam) const {

@@ -7,23 +7,23 @@
 
 #include "core/pose2.hpp"
 #include "core/scan.hpp"
+#include "frontend/lidar_model.hpp"
 
 namespace slam {
 
 struct BodyWatchConfig {
   double translation = 0.10, rotation = 0.20;  ///< [m], [rad] a step: so far apart are two scans that are compared
-  double range_sigma = 0.015;                  ///< [m] standard deviation of one range
   double same_range = 4.0;                     ///< [1] standard deviations by which two ranges may differ and be one
   double slope = 0.1;                          ///< [1] of a range, between bearings that are one surface
   double place_error = 0.02;                   ///< [m] of the motion between the two
-  double few_moved = 0.4;          ///< [1] so many bearings, for each that does not change, must show the motion
-  double explained = 0.6;          ///< [1] of the bearings that change must show it, too
-  int enough = 3;                  ///< steps until beams are left out ...
-  int around = 6, few_around = 6;  ///< bearings of half a degree on either side, of which so many show a range:
-  double most_around = 0.6;        ///< [1] where so many of them stay, one step is enough
-  int sure = 12;                   ///< ... and until the bearing is reported and stored; more are not counted
-  double follow = 0.3;             ///< [1] that its range follows the newest one
-  int passed = 2;                  ///< steps that one takes back in which a beam goes past the place
+  double few_moved = 0.4;    ///< [1] so many bearings, for each that does not change, must show the motion
+  double explained = 0.6;    ///< [1] of the bearings that change must show it, too
+  int enough = 3;            ///< steps until beams are left out ...
+  int around = 6;            ///< bearings of half a degree on either side, of which half show a range:
+  double most_around = 0.6;  ///< [1] where so many of them stay, one step is enough
+  int sure = 12;             ///< ... and until the bearing is reported and stored; more are not counted
+  double follow = 0.3;       ///< [1] that its range follows the newest one
+  int passed = 2;            ///< steps that one takes back in which a beam goes past the place
 };
 
 /// Finds what moves with the robot. Where wheels and gyro report motion, the world must be seen from another place: a
@@ -37,8 +37,7 @@ struct BodyWatchConfig {
 /// No thread, clock or I/O; after construction no allocation.
 class BodyWatch {
  public:
-  /// @param upside_down bearings grow clockwise
-  BodyWatch(const Pose2& T_base_lidar, bool upside_down, const BodyWatchConfig& config = {});
+  explicit BodyWatch(const LidarModel& lidar, const BodyWatchConfig& config = {});
 
   /// @param beams        those within the limits are looked at
   /// @param T_odom_base  in the middle of the turn, by wheels and gyro alone
@@ -61,7 +60,6 @@ class BodyWatch {
   int binOf(double bearing) const;
   static int wrapped(int bin) { return (bin + bins()) % bins(); }
   Eigen::Vector2d pointAt(int bin, float range) const;
-  double tolerance() const;
   /// Whether a range is the one that was seen at a bearing, or what goes on beside it.
   bool isSame(float range, const Ranges& seen, int bin) const;
   /// What a scan saw where a point is, by the sign: before it, at it, past it; nothing where it did not look.
@@ -73,7 +71,8 @@ class BodyWatch {
 
   BodyWatchConfig config_;
   Pose2 T_base_lidar_;
-  double side_;
+  double side_;                     // -1 where the bearings grow clockwise
+  double tolerance_;                // [m] by which two ranges may differ and be one
   std::optional<Pose2> seen_from_;  // T_odom_lidar of the scan that the next one is compared with
   Ranges seen_{}, now_{}, body_{};  // body_: [m] range that may be one
   std::array<std::int8_t, 720> steps_{};

@@ -5,20 +5,11 @@
 #include <cmath>
 
 namespace slam {
-namespace {
-
-BodyWatchConfig withRangeSigma(BodyWatchConfig config, double range_sigma) {
-  config.range_sigma = range_sigma;
-  return config;
-}
-
-}  // namespace
-
 ScanInterpreter::ScanInterpreter(const InterpreterConfig& config, const LidarModel& lidar, const BodyShape& body)
     : lidar_(lidar),
       sweep_(lidar_.upside_down, config.sweep),
       codes_(config.no_return),
-      body_(lidar_.T_base_lidar, lidar_.upside_down, withRangeSigma(config.body, lidar_.range_sigma)),
+      body_(lidar_, config.body),
       noise_(config.range_noise),
       cabin_(config.cabin),
       several_floors_(config.several_floors) {

@@ -34,6 +34,13 @@ struct RobotWithBody {
   static bool isBehind(double bearing) { return std::abs(wrapAngle(bearing - std::numbers::pi)) < 20 * kDegree; }
 };
 
+LidarModel lidarAt(const Pose2& T_base_lidar, bool upside_down) {
+  LidarModel lidar;
+  lidar.T_base_lidar = T_base_lidar;
+  lidar.upside_down = upside_down;
+  return lidar;
+}
+
 int bodyBeams(const BodyWatch& watch, const std::vector<Beam>& beams) {
   int count = 0;
   for (const Beam& beam : beams) count += watch.isBody(beam);
@@ -42,7 +49,7 @@ int bodyBeams(const BodyWatch& watch, const std::vector<Beam>& beams) {
 
 TEST(BodyWatch, FindsWhatKeepsItsRangeWhileTheRobotDrives) {
   RobotWithBody robot;
-  BodyWatch watch(Pose2{}, false);
+  BodyWatch watch{LidarModel{}};
   Pose2 pose{-2.0, 0.3, 0.2};
   for (int i = 0; i < 20; ++i, pose = pose * Pose2{0.12, 0.0, 0.02}) watch.add(robot.look(pose), kLimits, pose);
   const auto beams = robot.look(pose);
@@ -59,7 +66,7 @@ TEST(BodyWatch, FindsWhatKeepsItsRangeWhileTheRobotDrives) {
 TEST(BodyWatch, FindsTheSameBodyWithALidarUpsideDown) {
   for (const bool upside_down : {false, true}) {
     RobotWithBody robot{.upside_down = upside_down, .body = 150 * kDegree};
-    BodyWatch watch(Pose2{0.1, 0.05, 0.0}, upside_down);
+    BodyWatch watch{lidarAt({0.1, 0.05, 0.0}, upside_down)};
     Pose2 pose{-2.0, 0.3, 0.2};
     for (int i = 0; i < 20; ++i, pose = pose * Pose2{0.12, 0.0, 0.02})
       watch.add(robot.look(pose * Pose2{0.1, 0.05, 0.0}), kLimits, pose);
@@ -70,7 +77,7 @@ TEST(BodyWatch, FindsTheSameBodyWithALidarUpsideDown) {
 
 TEST(BodyWatch, OneStepIsEnoughWhereManyNeighboursStay) {
   RobotWithBody robot;
-  BodyWatch watch(Pose2{}, false);
+  BodyWatch watch{LidarModel{}};
   watch.add(robot.look({0.0, 0.0, 0.0}), kLimits, {0.0, 0.0, 0.0});
   watch.add(robot.look({0.12, 0.0, 0.0}), kLimits, {0.12, 0.0, 0.0});
   EXPECT_GE(bodyBeams(watch, robot.look({0.12, 0.0, 0.0})), 30);
@@ -83,7 +90,7 @@ TEST(BodyWatch, AWallBesideTheRobotIsNone) {  // whose range stays as long as th
   RobotWithBody robot;
   robot.has_body = false;
   robot.room = {.length = 60.0, .width = 2.0};
-  BodyWatch watch(Pose2{}, false);
+  BodyWatch watch{LidarModel{}};
   Pose2 pose{-25.0, 0.0, 0.0};
   for (int i = 0; i < 300; ++i, pose.x += 0.12) {
     const auto beams = robot.look(pose);
@@ -96,7 +103,7 @@ TEST(BodyWatch, AWallBesideTheRobotIsNone) {  // whose range stays as long as th
 TEST(BodyWatch, WheelsThatSpinMakeNoBodyOfTheRoom) {
   RobotWithBody robot;
   robot.has_body = false;
-  BodyWatch watch(Pose2{}, false);
+  BodyWatch watch{LidarModel{}};
   for (int i = 0; i < 50; ++i) watch.add(robot.look({1.0, 0.5, 0.3}), kLimits, {0.12 * i, 0.0, 0.0});
   EXPECT_EQ(bodyBeams(watch, robot.look({1.0, 0.5, 0.3})), 0);
 }
@@ -105,7 +112,7 @@ TEST(BodyWatch, AMotionThatTheRoomContradictsMakesNone) {  // as of a lidar upsi
   RobotWithBody robot;
   robot.has_body = false;
   robot.room = {.length = 3.0, .width = 2.0};
-  BodyWatch watch(Pose2{}, false);
+  BodyWatch watch{LidarModel{}};
   Pose2 truth{-0.5, 0.1, 0.0}, told = truth;
   for (int i = 0; i < 60; ++i) {
     const double turn = i % 20 < 10 ? 0.1 : -0.1;
@@ -119,7 +126,7 @@ TEST(BodyWatch, AMotionThatTheRoomContradictsMakesNone) {  // as of a lidar upsi
 
 TEST(BodyWatch, ForgetsABodyThatIsTakenOff) {
   RobotWithBody robot;
-  BodyWatch watch(Pose2{}, false);
+  BodyWatch watch{LidarModel{}};
   Pose2 pose{-2.0, 0.3, 0.0};
   for (int i = 0; i < 15; ++i, pose.x += 0.12) watch.add(robot.look(pose), kLimits, pose);
   ASSERT_GT(watch.shape().degrees(), 0);
@@ -132,7 +139,7 @@ TEST(BodyWatch, ForgetsABodyThatIsTakenOff) {
 
 TEST(BodyWatch, GoesOnWithTheShapeOfAnotherRun) {
   RobotWithBody robot;
-  BodyWatch first(Pose2{}, true), second(Pose2{}, true);
+  BodyWatch first{lidarAt({}, true)}, second{lidarAt({}, true)};
   Pose2 pose{-2.0, 0.3, 0.0};
   for (int i = 0; i < 15; ++i, pose.x += 0.12) first.add(robot.look(pose), kLimits, pose);
   second.begin(first.shape());
