@@ -64,9 +64,10 @@ const Keyframe* KeyframeSelector::keep(const Cloud& cloud, const Pose2& T_map_ba
   keyframe_.step_covariance.diagonal().array() += kMinStepSigma * kMinStepSigma;
   keyframe_.covariance = local_map.anchor(T_map_base).covariance + rotated(unseen_, -T_map_base.theta);
   if (match.usable()) {
-    // A scan that joins n others moves their mean by 1 / (n + 1) of its own error. What is wrong in each of them alike
-    // is in the sensitivity.
-    const double share = 1.0 / (match.observations + 1.0);
+    // A match lays a scan on the walls that are drawn, so that they stay where they are. What is new is drawn with the
+    // match's error, and leads the next matches astray by its share. What is wrong in each of them alike is in the
+    // sensitivity.
+    const double share = local_map.reference().newShare(T_map_base, cloud.points);
     keyframe_.covariance += rotated(share * share * match.covariance, -T_map_base.theta);
   }
   drift_.setZero();

@@ -174,7 +174,7 @@ struct SymmetricRows {
 struct RowSums {
   SymmetricRows information, spurious;
   FloatRow gx{}, gy{}, gt{}, ee{};
-  FloatRow weight{}, agreeing_error{}, observations{};
+  FloatRow weight{}, agreeing_error{};
   IntRow pairs{}, agreeing{}, known{};
 
   void add(const PairRow& pair, const Kernel& kernel) {
@@ -191,7 +191,6 @@ struct RowSums {
     weight += w + pair.point_weight;
     const IntRow agrees = pair.valid & (pair.squared < kernel.near_squared);
     agreeing_error += where(agrees, pair.squared);
-    observations += where(agrees, pair.observations);
     pairs += pair.valid, agreeing += agrees, known += agrees & (pair.observations >= kernel.often);
   }
 
@@ -211,7 +210,6 @@ struct RowSums {
     equations.weight += sumOf(weight);
     equations.pairs += countOf(pairs);
     sums.agreeing_error += sumOf(agreeing_error);
-    sums.observations += sumOf(observations);
     sums.agreeing += countOf(agreeing);
     sums.known += countOf(known);
   }

@@ -17,7 +17,6 @@ struct Linearisation {
   int known = 0;                ///< pairs that agree with a well-known surfel
   int agreeing = 0;             ///< pairs within overlap_distance of their line or point
   double agreeing_error = 0.0;  ///< [m^2] sum of their squared residuals
-  double observations = 0.0;    ///< of the surfels that they agree with
 };
 
 /// @param gate         [m] on the distance of a pair

@@ -33,10 +33,9 @@ struct MatchResult {
   Eigen::Matrix3d directions = Eigen::Matrix3d::Identity();  ///< columns: unit directions, the observable ones first
   int observable = 0;                                        ///< 0..3
   int pairs = 0;                                             ///< points matched at the last iterate
-  double overlap = 0.0;       ///< share of the points within overlap_distance of the reference, 0..1
-  double known_ratio = 0.0;   ///< share of the points that agree with a surfel seen known_observations times, 0..1
-  double observations = 0.0;  ///< [1] mean over those surfels of the scans that they were seen in
-  double residual = 0.0;      ///< [m] RMS distance of those from their lines (point to point: from their points)
+  double overlap = 0.0;      ///< share of the points within overlap_distance of the reference, 0..1
+  double known_ratio = 0.0;  ///< share of the points that agree with a surfel seen known_observations times, 0..1
+  double residual = 0.0;     ///< [m] RMS distance of those from their lines (point to point: from their points)
   int iterations = 0;
 
   bool usable() const {

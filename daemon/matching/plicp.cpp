@@ -83,7 +83,6 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
     const double covered = std::max(1, sums.covered);
     result.overlap = static_cast<double>(sums.agreeing) / covered;
     result.known_ratio = static_cast<double>(sums.known) / covered;
-    result.observations = sums.observations / std::max(1, sums.agreeing);
     result.status = MatchStatus::kTooFewPairs;
     if (equations.pairs < config.min_pairs) return result;
 

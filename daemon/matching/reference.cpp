@@ -142,6 +142,18 @@ int Reference::add(const Pose2& T_ref_base, std::span<const ScanPoint> points, c
   return count_ - before;
 }
 
+double Reference::newShare(const Pose2& T_ref_base, std::span<const ScanPoint> points) const {
+  const PointTransform T(T_ref_base);
+  int covered = 0, met = 0;
+  for (const ScanPoint& point : points) {
+    const Eigen::Vector2d p = T * point.position;
+    if (!covers(p)) continue;
+    ++covered;
+    met += surfelAt(p, T.turned(point.normal)) != kNone ? 1 : 0;
+  }
+  return covered > 0 ? 1.0 - static_cast<double>(met) / covered : 0.0;
+}
+
 double Reference::freeSpaceViolation(const Pose2& T_ref_base, const RangeImage& scan, double known) const {
   const PointTransform T_base_ref(T_ref_base.inverse());
   VisibilityTally tally;
@@ -153,15 +165,28 @@ double Reference::freeSpaceViolation(const Pose2& T_ref_base, const RangeImage& 
   return tally.visible() < config_.fewest_in_sight ? 0.0 : tally.freeSpaceViolation();
 }
 
+/// The surfel of the wall that a point is on, or of its place where either has no line; kNone: of none. A wall takes up
+/// the points on no line that are beside it.
+Reference::Id Reference::surfelAt(const Eigen::Vector2d& p, const Eigen::Vector2d& normal) const {
+  const Id id = fine_.at(p);
+  const Surfel& surfel = surfels_[static_cast<std::size_t>(id)];
+  const Eigen::Vector2d n(surfel.nx, surfel.ny), d = p - Eigen::Vector2d(surfel.x, surfel.y);
+  if (id == kNone) return kNone;
+  if (normal.isZero()) return d.norm() > config_.surfel_spacing ? kNone : id;
+  if (!surfel.isLine() || n.dot(normal) < config_.same_wall) return kNone;
+  const double across = n.dot(d), along = n.x() * d.y() - n.y() * d.x();
+  const bool far = std::abs(along) > config_.surfel_spacing || std::abs(across) > config_.merge_distance;
+  return far ? kNone : id;
+}
+
 bool Reference::merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point,
                       const PointShift& shift) {
-  const Id id = fine_.at(p);
+  const Id id = surfelAt(p, normal);
   if (id == kNone) return false;
   Surfel& surfel = surfels_[static_cast<std::size_t>(id)];
   const Eigen::Vector2d n(surfel.nx, surfel.ny), d = p - Eigen::Vector2d(surfel.x, surfel.y);
-  if (normal.isZero() || !surfel.isLine()) {
-    if (!normal.isZero() || surfel.isLine()) return surfel.isLine() && d.norm() < config_.surfel_spacing;
-    if (d.norm() > config_.surfel_spacing) return false;
+  if (normal.isZero()) {
+    if (surfel.isLine()) return true;
     const double point_weight = 1.0 / (surfel.observations + 1.0);
     surfel.x += static_cast<float>(point_weight * d.x());
     surfel.y += static_cast<float>(point_weight * d.y());
@@ -169,12 +194,9 @@ bool Reference::merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, c
     surfel.grazing &= point.grazing;
     return true;
   }
-  const double across = n.dot(d), along = n.x() * d.y() - n.y() * d.x();
-  if (std::abs(along) > config_.surfel_spacing || std::abs(across) > config_.merge_distance) return false;
-  if (n.dot(normal) < config_.same_wall) return false;
 
   // The mean moves across the wall only: along it the points say nothing, and the spacing stays.
-  const double weight = 1.0 / (surfel.observations + 1.0);
+  const double across = n.dot(d), weight = 1.0 / (surfel.observations + 1.0);
   surfel.x += static_cast<float>(weight * across * n.x());
   surfel.y += static_cast<float>(weight * across * n.y());
   for (int i = 0; i < kSystematic; ++i) {

@@ -73,6 +73,9 @@ class Reference {
   int add(const Pose2& T_ref_base, std::span<const ScanPoint> points,
           const Sensitivity& sensitivity = Sensitivity::Zero());
 
+  /// Share of a scan's points that no surfel's wall is at, 0..1: what add() would draw anew.
+  double newShare(const Pose2& T_ref_base, std::span<const ScanPoint> points) const;
+
   /// @param reach [m] how far to look; beyond fine_radius the coarse table is asked too, and no further than its radius
   /// @return the surfel nearest to p, give or take half a cell of the table that answers, or nullptr
   const Surfel* nearest(const Eigen::Vector2d& p, double reach) const {
@@ -135,6 +138,7 @@ class Reference {
     std::vector<char> touched_;          // blocks that clear() clears
   };
 
+  Id surfelAt(const Eigen::Vector2d& p, const Eigen::Vector2d& normal) const;
   bool merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point, const PointShift& shift);
   void insert(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point, const PointShift& shift);
   void enter(Grid& grid, Id id);

@@ -107,28 +107,30 @@ TEST(KeyframeSelector, CountsIdsFromTheMapsSizeAndSegmentsFromZero) {
   EXPECT_EQ(keyframe->origin, KeyframeOrigin::kGiven);
 }
 
-/// A match that told the whole pose to 1 cm and 1 mrad, from surfels that were seen so often.
-MatchResult matchWith(double observations) {
+/// It told the whole pose to 1 cm and 1 mrad.
+MatchResult fullMatch() {
   MatchResult match;
   match.status = MatchStatus::kConverged;
   match.observable = 3;
   match.covariance = Eigen::Vector3d(1e-4, 1e-4, 1e-6).asDiagonal();
-  match.observations = observations;
   return match;
 }
 
-TEST(KeyframeSelector, AKeyframesCovarianceGrowsByItsShareOfTheMatchsAndByTheLeverOfItsHeading) {
+TEST(KeyframeSelector, AKeyframesCovarianceGrowsByWhatItDrawsAnewAndByTheLeverOfItsHeading) {
   Selected selected;
+  const auto keep = [&](const Pose2& T_map_base) {
+    return selected.selector.keep(selected.cloud, T_map_base, fullMatch(), selected.sensitivity, selected.local_map)
+        ->covariance;
+  };
   selected.keep({}, 0);
   EXPECT_EQ(selected.local_map.keyframes()[0].covariance, Eigen::Matrix3d::Zero());
+  EXPECT_EQ(keep({}), Eigen::Matrix3d::Zero()) << "it was laid on what is drawn";
   const Pose2 next{0.2, 0.0, 0.5 * std::numbers::pi};
-  const Keyframe* keyframe =
-      selected.selector.keep(selected.cloud, next, matchWith(1.0), selected.sensitivity, selected.local_map);
-  EXPECT_NEAR(keyframe->covariance(0, 0), 0.25 * 1e-4, 1e-12) << "the mean of two scans moves by half of the second";
-  keyframe = selected.selector.keep(selected.cloud, next * Pose2{2.0, 0.0, 0.0}, matchWith(9.0), selected.sensitivity,
-                                    selected.local_map);
-  EXPECT_NEAR(keyframe->covariance(0, 0), 0.25 * 1e-4 + 0.01 * 1e-4, 1e-12);
-  EXPECT_NEAR(keyframe->covariance(1, 1), 0.25 * 1e-4 + 4.0 * 0.25 * 1e-6 + 0.01 * 1e-4, 1e-12);
+  EXPECT_NEAR(keep(next)(0, 0), 1e-4, 1e-12) << "all of it is new";
+  selected.cloud.points.push_back({.position = {-1.0, 0.5}});  // on the last one's point, from here
+  const Eigen::Matrix3d covariance = keep(next * Pose2{2.0, 0.0, 0.0});
+  EXPECT_NEAR(covariance(0, 0), 1e-4 + 0.25 * 1e-4, 1e-12) << "half of it is new";
+  EXPECT_NEAR(covariance(1, 1), 1e-4 + 4.0 * 1e-6 + 0.25 * 1e-4, 1e-12);
 }
 
 TEST(KeyframeSelector, AKeyframeHasTheEffectOfSystematicErrorsInItsOwnAxes) {
@@ -167,7 +169,7 @@ TEST(KeyframeSelector, WhatNoMatchGaveCountsNoMoreWhereTheMapIsKnown) {
   Selected selected;
   selected.keep({}, 0);
   selected.selector.addDrift({3.0, 0.0, 0.0}, nullptr, selected.monitor, false);
-  MatchResult known = matchWith(9.0);
+  MatchResult known = fullMatch();
   known.overlap = known.known_ratio = 1.0;
   ASSERT_TRUE(
       selected.selector.select(selected.cloud, {3.0, 0.0, 0.0}, known, selected.sensitivity, selected.local_map)

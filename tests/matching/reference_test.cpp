@@ -83,6 +83,25 @@ TEST(Reference, DoesNotGrowWhereItIsComplete) {
   EXPECT_LT(reference.size() - before, before / 20);
 }
 
+TEST(Reference, OfAScanThatPartIsNewThatItWouldDrawAnew) {
+  Reference reference;
+  const auto wall = [](double begin, double y) {
+    ScanPoints points;
+    for (int i = 0; i < 100; ++i) points.push_back(wallPoint(begin + 0.01 * i, y, {0.0, -1.0}));
+    return points;
+  };
+  EXPECT_EQ(reference.newShare({}, {}), 0.0);
+  EXPECT_EQ(reference.newShare({}, wall(0.0, 2.0)), 1.0);
+  reference.add({}, wall(0.0, 2.0));  // ten beams on each surfel
+  EXPECT_NEAR(reference.newShare({}, wall(0.0, 2.0)), 0.0, 0.05);
+  EXPECT_NEAR(reference.newShare({}, wall(0.3, 2.0)), 0.3, 0.05);
+  EXPECT_NEAR(reference.newShare({0.3, 0.0, 0.0}, wall(0.0, 2.0)), 0.3, 0.05) << "by where the scan lies";
+  EXPECT_EQ(reference.newShare({}, wall(0.0, 2.1)), 1.0) << "another wall";
+  const ScanPoint face = wallPoint(0.5, 2.0, {0.0, 1.0}), corner{.position = {0.0, 2.01}, .range = 2.0};
+  EXPECT_EQ(reference.newShare({}, std::span(&face, 1)), 1.0) << "the other face";
+  EXPECT_EQ(reference.newShare({}, std::span(&corner, 1)), 0.0) << "on no line, but beside one";
+}
+
 TEST(Reference, ForgetsWhatLeavesItsWindowAndKeepsTheRest) {
   std::mt19937 random(4);
   Reference reference({.extent = 50.0, .max_surfels = 4500});  // as many as come by twice
