@@ -207,11 +207,13 @@ bool SetupCommand::carryOut(const Present& present, const fs::path& target, Cons
                                               std::to_string(static_cast<int>(seconds_)) + " s now? You drive.",
                                           yes_);
   };
-  if (seconds_ > 0.0 && canCalibrate(wanted) && wish()) {
+  for (bool is_wished = seconds_ > 0.0 && canCalibrate(wanted) && wish(); is_wished;) {
     try {
       wanted = calibrated(wanted, seconds_, interview);
+      is_wished = false;
     } catch (const std::runtime_error& error) {  // the rest is of use without
       console.showNoCalibration(error.what());
+      is_wished = console.hasJoystick() && interview.agrees("again", "Not calibrated. Drive once more?", false);
     }
   }
   SetupOutcome outcome{.is_written = write(target, present, wanted, interview, yes_)};

@@ -41,7 +41,7 @@ async function reply(words) {
   try {
     const answer = await fetch("/api/v1/setup/answer", {
       method: "POST", headers: authorized(), body: JSON.stringify({ number: question.number, answer: words }) });
-    if (!answer.ok) $("error").textContent = await messageOf(answer);
+    $("refusal").textContent = answer.ok ? "" : await messageOf(answer);
     ended = answer.ok && question.id === "finish";
   } catch (error) { showBanner(t("setupAway")); }
   for (const button of all("#question button")) button.disabled = false;

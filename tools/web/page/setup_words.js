@@ -43,6 +43,7 @@ const kGermanQuestions = {
   "imu.roll": "Drehung der IMU um die Achse nach vorn [rad], 0: eben, 3.14159: kopfüber",
   "depth.x": "Kamera vor dem Drehpunkt [m]", "depth.z": "Kamera über dem Boden [m]; 0: ihre Bilder werden nicht benutzt", "depth.pitch": "Winkel, um den die Kamera nach unten blickt [rad]",
   "calibrate": "Räder und Lidar jetzt durch eine Fahrt kalibrieren? Du fährst.",
+  "again": "Nicht kalibriert. Noch einmal fahren?",
   "joystick": "Mit dem Joystick dieser Seite fahren? Die Räder drehen sich dann, langsam, solange du ihn hältst. Stelle den Roboter auf den Boden, mit Platz um ihn, und bleib in Reichweite seines Schalters. Nein: du schiebst ihn",
   "write": "Das schreiben? Die alte Datei bleibt erhalten.", "finish": "Einrichten beenden",
 };

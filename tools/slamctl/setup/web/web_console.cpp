@@ -55,16 +55,15 @@ std::string WebConsole::answerTo(const Question& question) {
                    {"error", question.error}});
   std::unique_lock lock(mutex_);
   answered_.wait(lock, [this] { return answer_.has_value(); });
-  std::string answer = *std::exchange(answer_, std::nullopt);
-  state_["question"] = nullptr;
-  state_["answered"].push_back({{"id", question.id}, {"text", question.text}, {"answer", answer}});
-  return answer;
+  return *std::exchange(answer_, std::nullopt);
 }
 
 Problem WebConsole::take(std::uint64_t number, const std::string& answer) {
   const std::lock_guard lock(mutex_);
-  const json& question = state_["question"];
-  if (answer_ || question.is_null() || question["number"] != number) return answer::kSetupAnswered;
+  json& question = state_["question"];
+  if (question.is_null() || question["number"] != number) return answer::kSetupAnswered;
+  state_["answered"].push_back({{"id", question["id"]}, {"text", question["text"]}, {"answer", answer}});
+  question = nullptr;
   answer_ = answer;
   answered_.notify_one();
   return {};
@@ -100,6 +99,7 @@ void WebConsole::show(const DriveProgress& progress) {
 }
 
 void WebConsole::show(const DriveCalibration& calibration) {
+  put("no_calibration", nullptr);
   json values = json::array();
   for (const CalibratedValue& value : calibration.values)
     values.push_back({{"key", value.key},
