@@ -67,7 +67,7 @@ function showQuestion(question) {
   if (!question || now === shown) return;  // what is being typed stays
   shown = now;
   const isText = question.kind === "text", mount = question.id.startsWith("lidar.") && ["x", "y", "yaw"].includes(question.id.slice(6));
-  $("question-text").textContent = questionWords(question);
+  $("question-text").textContent = question.id === "finish" ? "" : questionWords(question);  // its button names it
   $("error").textContent = question.error;
   $("answer").hidden = !isText;
   $("typed").value = "";
@@ -122,8 +122,8 @@ function showCalibration() {
   $("open").textContent = none ? t("notCalibrated", none) : found ? found.open : "";
   if (!found) return;
   const line = (tag, cells) => { const made = element("tr"); made.append(...cells.map((cell) => element(tag, cell))); return made; };
-  $("values").replaceChildren(line("th", [t("value"), t("before"), t("after"), t("interval"), ""]), ...found.values.map((value) => line("td", [
-    `${value.key} [${value.unit}]`, number(value.configured, 4), number(value.wrong ? value.estimated : value.configured, 4), number(value.interval, 4), t(value.wrong ? "changed" : "stays")])));
+  $("values").replaceChildren(line("th", [t("value"), t("before"), t("after"), t("interval")]), ...found.values.map((value) => line("td", [
+    `${value.key} [${value.unit}]: ${t(value.wrong ? "changed" : "stays")}`, number(value.configured, 4), number(value.wrong ? value.estimated : value.configured, 4), number(value.interval, 4)])));
   const [before, after] = found.translation.map((metres) => number(1000 * metres, 1)), [turn, turned] = found.rotation.map((angle) => number(angle * 180 / Math.PI, 2));
   $("fit").textContent = t("rms", before, turn, after, turned) + (found.gyro[0] !== 0 ? " " + t("gyro", number(found.gyro[0], 3), number(found.gyro[1], 3)) : "");
 }
@@ -132,7 +132,7 @@ function showOutcome() {
   const changes = setup.changes, outcome = setup.outcome, findings = setup.findings;
   $("changes").hidden = !changes;
   if (changes) {
-    $("changes-name").textContent = t(changes.same ? "same" : "changes", changes.file);
+    $("changes-name").textContent = t(changes.same ? "same" : outcome && outcome.written ? "wrote" : "changes", changes.file);
     const lines = changes.lines.length > 0 || changes.same ? changes.lines : [t("noValue")];
     $("change-list").replaceChildren(...lines.map((words) => element("li", words)));
   }

@@ -69,7 +69,10 @@ Problem WebConsole::take(std::uint64_t number, const std::string& answer) {
   return {};
 }
 
-void WebConsole::enter(SetupStep step) { put("step", kSteps[static_cast<std::size_t>(step)]); }
+void WebConsole::enter(SetupStep step) {
+  if (step == SetupStep::kDrive) put("progress", nullptr);
+  put("step", kSteps[static_cast<std::size_t>(step)]);
+}
 
 void WebConsole::show(const Machine& machine) {
   json devices = json::array();
