@@ -176,6 +176,12 @@ TEST_F(LiveSetupPage, DrivesCalibratesWritesAndChecks) {
   const json shown = state();
   ASSERT_TRUE(shown.contains("calibration")) << shown;
   std::printf("%s\n", shown["calibration"].dump().c_str());
+  for (const char* picture : {"/api/v1/setup/scans.png", "/api/v1/setup/map.png"}) {
+    EXPECT_EQ(page_->Get(picture)->status, 401) << picture;
+    const auto png = page_->Get(picture, headers(token_));
+    ASSERT_TRUE(png && png->status == 200) << picture;
+    EXPECT_EQ(png->body.substr(1, 3), "PNG");
+  }
   EXPECT_EQ(textOf(file()), "# mine\n[lidar]\nyaw = 0.06\n") << "nothing is written before a yes";
   EXPECT_FALSE(shown["changes"]["lines"].empty());
   ASSERT_EQ(reply(write["number"], "y"), 200);

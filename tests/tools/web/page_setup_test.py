@@ -161,6 +161,10 @@ def main():
             wait_until("the drive is calibrated", lambda: browser.run(SHOWN) in ("write", "again"), 90)
             if browser.run(SHOWN) != "write":
                 sys.exit("not calibrated: " + browser.run(TEXT % "open"))
+            wait_until("scans and map are drawn", lambda: browser.run("return [...document.querySelectorAll('figure img')].every((i) => i.naturalWidth > 50)"))
+            browser.run("document.getElementById('calibration').scrollIntoView()")
+            browser.screenshot(out / "setup-calibration.png")
+            browser.run("scrollTo(0, 0)")
             browser.screenshot(out / "setup-write.png")
             if robot.config.exists():
                 sys.exit("written before a yes")

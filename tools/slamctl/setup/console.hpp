@@ -55,15 +55,17 @@ class Console {
   /// Waits for it. @return what was typed, without blanks around it; empty, too, where nobody can be asked
   virtual std::string answerTo(const Question& question) = 0;
 
-  /// Whether a person can drive the robot from here, and has that done while the next drive is recorded.
-  /// @param config of that drive
-  virtual bool hasJoystick() const { return false; }
+  /// Whether it shows pictures, and a person can drive the robot from here.
+  virtual bool isPage() const { return false; }
+  /// Has that done while the next drive is recorded. @param config of that drive
   virtual void giveJoystick(const Config&) {}
 
   virtual void enter(SetupStep) {}
   virtual void show(const Machine&) {}
   virtual void show(const DriveProgress& progress) = 0;
   virtual void show(const DriveCalibration& calibration) = 0;
+  /// Of a drive: scans over wheels, and the map. PNG; empty: none
+  virtual void showPictures(const std::string& /*scans*/, const std::string& /*map*/) {}
   /// Why there is none.
   virtual void showNoCalibration(const std::string& reason) = 0;
   virtual void show(const PlannedChanges& changes) = 0;

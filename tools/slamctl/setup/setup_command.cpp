@@ -17,6 +17,7 @@
 #include "tools/slamctl/remote.hpp"
 #include "tools/slamctl/setup/config_writer.hpp"
 #include "tools/slamctl/setup/drive_calibration.hpp"
+#include "tools/slamctl/setup/drive_pictures.hpp"
 #include "tools/slamctl/setup/drive_recording.hpp"
 #include "tools/slamctl/setup/paused_service.hpp"
 #include "tools/slamctl/setup/proposal.hpp"
@@ -88,7 +89,7 @@ Config configOfDrive(Config config, Interview& interview) {
   Console& console = interview.console();
   // What nothing stops when slamd fails, as an ODrive without its watchdog, is pushed.
   const bool is_stopped = config.base_device.isSerial();
-  if (!console.hasJoystick() || !is_stopped ||
+  if (!console.isPage() || !is_stopped ||
       !interview.agrees(
           "joystick",
           "Drive with the joystick of this page? The wheels turn then, slowly, while you hold it. Put the "
@@ -112,6 +113,8 @@ Config calibrated(const Config& config, double seconds, Interview& interview) {
   const fs::path log = recordDrive(recorded, seconds, folder.path(), console);
   console.enter(SetupStep::kCalibrate);
   console.show(calibrateDrive(changed, log));
+  if (console.isPage())
+    console.showPictures(scansOverWheels(config, changed, log), mapOfDrive(changed, log, folder.path()));
   return changed;
 }
 
@@ -213,7 +216,7 @@ bool SetupCommand::carryOut(const Present& present, const fs::path& target, Cons
       is_wished = false;
     } catch (const std::runtime_error& error) {  // the rest is of use without
       console.showNoCalibration(error.what());
-      is_wished = console.hasJoystick() && interview.agrees("again", "Not calibrated. Drive once more?", false);
+      is_wished = console.isPage() && interview.agrees("again", "Not calibrated. Drive once more?", false);
     }
   }
   SetupOutcome outcome{.is_written = write(target, present, wanted, interview, yes_)};

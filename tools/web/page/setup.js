@@ -128,6 +128,29 @@ function showCalibration() {
   $("fit").textContent = t("rms", before, turn, after, turned) + (found.gyro[0] !== 0 ? " " + t("gyro", number(found.gyro[0], 3), number(found.gyro[1], 3)) : "");
 }
 
+let pictured = 0;  // number of the pictures that are shown
+
+/// An image itself would send no token.
+async function showPicture(name) {
+  const figure = $("picture-" + name);
+  figure.hidden = !setup.pictures[name];
+  if (!setup.pictures[name]) return;
+  const answer = await fetch(`/api/v1/setup/${name}.png`, { headers: authorized() });
+  if (!answer.ok) return;
+  const reader = new FileReader();
+  reader.onload = () => { figure.querySelector("img").src = reader.result; };
+  reader.readAsDataURL(await answer.blob());
+}
+
+function showPictures() {
+  const pictures = setup.pictures;
+  $("drawn").hidden = !pictures || !pictures.map;
+  for (const image of all("[data-alt]")) image.alt = t(image.dataset.alt);
+  if (!pictures || pictures.number === pictured) return;
+  pictured = pictures.number;
+  for (const name of ["scans", "map"]) showPicture(name).catch(() => { pictured = 0; });
+}
+
 function showOutcome() {
   const changes = setup.changes, outcome = setup.outcome, findings = setup.findings;
   $("changes").hidden = !changes;
@@ -159,6 +182,7 @@ function showAll() {
   showDevices();
   showDrive();
   showCalibration();
+  showPictures();
   showOutcome();
   showFacts($("answered"), setup.answered.map(({ id, answer }) => [id, answer || "–"]));
   if ($("log").textContent !== setup.log) $("log").textContent = setup.log;

@@ -78,6 +78,11 @@ TEST_F(Web, ShowsWhatWasFoundAndWhatIsToBeWritten) {
   EXPECT_TRUE(state()["no_calibration"].is_null()) << "the second drive was good";
   EXPECT_EQ(state()["calibration"]["values"][0]["estimated"], 0.12);
   EXPECT_EQ(state()["calibration"]["translation"], json({0.01, 0.0}));
+  EXPECT_EQ(console_.picture("map"), "");
+  console_.showPictures("", "PNG");
+  EXPECT_EQ(console_.picture("map"), "PNG");
+  EXPECT_TRUE(state()["pictures"]["map"]);
+  EXPECT_FALSE(state()["pictures"]["scans"]);
   console_.show(PlannedChanges{"/x/slamd.toml", false, {"lidar.x = 0.12, was 0.1"}});
   EXPECT_EQ(state()["changes"]["lines"][0], "lidar.x = 0.12, was 0.1");
   console_.show(Findings{{Finding::kFault, "lidar: gone", "plug it in"}});

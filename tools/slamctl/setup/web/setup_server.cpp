@@ -66,10 +66,20 @@ httplib::Server::HandlerResponse SetupServer::route(const Request& request, Resp
   if (path == kState && reads) {
     response.status = 200;
     response.set_content(console_.state(), "application/json");
+  } else if (const std::string png = reads ? pictureAt(path) : ""; !png.empty()) {
+    response.status = 200;
+    response.set_content(png, "image/png");
   } else {
     refuse(response, 404, "there is no such page; / has the set-up");
   }
   return Handling::Handled;
+}
+
+std::string SetupServer::pictureAt(const std::string& path) const {
+  for (const std::string name : {"scans", "map"}) {
+    if (path == kState + ("/" + name) + ".png") return console_.picture(name);
+  }
+  return "";
 }
 
 void SetupServer::answerQuestion(const Request& request, Response& response) {

@@ -24,6 +24,7 @@ class SetupServer : public HttpServer {
 
  private:
   httplib::Server::HandlerResponse route(const httplib::Request& request, httplib::Response& response) const;
+  std::string pictureAt(const std::string& path) const;
   void answerQuestion(const httplib::Request& request, httplib::Response& response);
 
   const WebConfig web_;

@@ -118,6 +118,18 @@ void WebConsole::show(const DriveCalibration& calibration) {
                       {"gyro", {calibration.gyro_scale, calibration.gyro_interval}}});
 }
 
+void WebConsole::showPictures(const std::string& scans, const std::string& map) {
+  const std::lock_guard lock(mutex_);
+  pictures_ = {{"scans", scans}, {"map", map}};
+  state_["pictures"] = {{"number", number_}, {"scans", !scans.empty()}, {"map", !map.empty()}};
+}
+
+std::string WebConsole::picture(const std::string& name) const {
+  const std::lock_guard lock(mutex_);
+  const auto at = pictures_.find(name);
+  return at == pictures_.end() ? "" : at->second;
+}
+
 void WebConsole::showNoCalibration(const std::string& reason) {
   endDrive();
   out() << "Not calibrated: " << reason << "\n";

@@ -2,6 +2,7 @@
 #pragma once
 #include <condition_variable>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -32,18 +33,21 @@ class WebConsole : public Console {
   void show(const Machine& machine) override;
   void show(const DriveProgress& progress) override;
   void show(const DriveCalibration& calibration) override;
+  void showPictures(const std::string& scans, const std::string& map) override;
   void showNoCalibration(const std::string& reason) override;
   void show(const PlannedChanges& changes) override;
   void show(const Findings& findings) override;
   /// Waits until somebody at a page has seen it.
   void show(const SetupOutcome& outcome) override;
-  bool hasJoystick() const override { return true; }
+  bool isPage() const override { return true; }
   void giveJoystick(const Config& config) override;
   /// The set-up ends by this. Waits until somebody at a page has seen it.
   void fail(const std::string& reason);
 
   /// All that a page shows: docs/api.md has the fields.
   std::string state() const;
+  /// PNG of a drive, scans or map; empty: none.
+  std::string picture(const std::string& name) const;
   /// The answer to the question of this number. @return none, or why it is not taken
   Problem take(std::uint64_t number, const std::string& answer);
   /// Drives while a drive is recorded. @return none, or why not @throws CommandRefused where nothing can be sent
@@ -58,6 +62,7 @@ class WebConsole : public Console {
   std::ostringstream printed_;  // of the set-up's thread
   mutable std::mutex mutex_;    // of these
   nlohmann::json state_ = {{"step", "find"}, {"answered", nlohmann::json::array()}, {"question", nullptr}, {"log", ""}};
+  std::map<std::string, std::string> pictures_;
   std::optional<std::string> answer_;
   std::uint64_t number_ = 0;  // of the question
   std::condition_variable answered_;
