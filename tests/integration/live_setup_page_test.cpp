@@ -89,7 +89,8 @@ class LiveSetupPage : public test::Live {
   bool waitForDrive(bool over) {
     for (const auto end = Clock::now() + test::kPatience * 60s; Clock::now() < end; usleep(50000)) {
       const json now = state();
-      if (now.contains("progress") && now["progress"]["over"] == over) return true;
+      const json progress = now.is_object() ? now.value("progress", json()) : json();
+      if (progress.is_object() && progress["over"] == over) return true;
     }
     return false;
   }

@@ -9,7 +9,6 @@
 #include "bus/event_log.hpp"
 #include "bus/received.hpp"
 #include "core/pose_history.hpp"
-#include "mapping/colour_image.hpp"
 #include "matching/deskew.hpp"
 #include "store/durable_file.hpp"
 #include "tools/replay/replay.hpp"
@@ -64,9 +63,9 @@ std::vector<Eigen::Vector2d> returnsOf(const Config& config, const std::filesyst
 
 }  // namespace
 
-std::string scansOverWheels(const Config& left, const Config& right, const std::filesystem::path& log) {
+ColourImage scansOverWheels(const Config& left, const Config& right, const std::filesystem::path& log) {
   const std::vector<Eigen::Vector2d> both[] = {returnsOf(left, log), returnsOf(right, log)};
-  if (both[0].empty() || both[1].empty()) return "";
+  if (both[0].empty() || both[1].empty()) return {};
   Eigen::AlignedBox2d box;
   for (const auto& points : both) {
     for (const Eigen::Vector2d& point : points) box.extend(point);
@@ -83,7 +82,7 @@ std::string scansOverWheels(const Config& left, const Config& right, const std::
       picture.set(static_cast<int>(at.x()), picture.height - 1 - static_cast<int>(at.y()), kInk);
     }
   }
-  return encodePng(sideBySide(pictures[0], pictures[1]));
+  return sideBySide(pictures[0], pictures[1]);
 }
 
 std::string mapOfDrive(const Config& config, const std::filesystem::path& log, const std::filesystem::path& folder) {

@@ -113,8 +113,13 @@ Config calibrated(const Config& config, double seconds, Interview& interview) {
   const fs::path log = recordDrive(recorded, seconds, folder.path(), console);
   console.enter(SetupStep::kCalibrate);
   console.show(calibrateDrive(changed, log));
-  if (console.isPage())
-    console.showPictures(scansOverWheels(config, changed, log), mapOfDrive(changed, log, folder.path()));
+  if (!console.isPage()) return changed;
+  try {
+    const ColourImage scans = scansOverWheels(config, changed, log);
+    console.showPictures(scans.width > 0 ? encodePng(scans) : "", mapOfDrive(changed, log, folder.path()));
+  } catch (const std::runtime_error& error) {  // what was calibrated is good without
+    console.out() << "Not drawn: " << error.what() << "\n";
+  }
   return changed;
 }
 
