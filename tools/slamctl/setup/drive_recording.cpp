@@ -59,6 +59,7 @@ class Slamd {
     if (id_ != 0) return;
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != parent) _exit(127);
+    close_range(3, ~0U, 0);  // connections of the set-up's page
     const int file = open(words.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
     dup2(file, STDOUT_FILENO);
     dup2(file, STDERR_FILENO);
