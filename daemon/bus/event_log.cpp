@@ -24,9 +24,10 @@ std::size_t bytesToSync(const std::vector<std::uint8_t>& buffer, std::size_t beg
 
 }  // namespace
 
-EventLogReader::EventLogReader(const std::filesystem::path& file) {
+EventLogReader::EventLogReader(const std::filesystem::path& file, std::uint64_t begin) {
   file_ = gzopen(file.c_str(), "rb");
   if (file_ == nullptr) throw std::runtime_error(file.string() + ": cannot open: " + std::strerror(errno));
+  gzseek(static_cast<gzFile>(file_), static_cast<z_off_t>(begin), SEEK_SET);
   while (fill(4)) {
     if (bigEndian(0, 4) == kSync) return;
     const std::size_t damaged = bytesToSync(buffer_, begin_);

@@ -29,9 +29,10 @@ struct EmptyLog : std::runtime_error {
 /// it had to skip, and bounds every length, so that a cut or corrupted log gives all that is whole in it.
 class EventLogReader {
  public:
-  /// @throws EmptyLog when the file holds no record at all
+  /// @param begin [bytes] of the file, unpacked, that are passed over
+  /// @throws EmptyLog when the file holds no record at all behind that
   /// @throws std::runtime_error when it cannot be opened
-  explicit EventLogReader(const std::filesystem::path& file);
+  explicit EventLogReader(const std::filesystem::path& file, std::uint64_t begin = 0);
   ~EventLogReader();
   EventLogReader(const EventLogReader&) = delete;
   EventLogReader& operator=(const EventLogReader&) = delete;

@@ -135,4 +135,10 @@ inline constexpr ProblemKind kSpeedNotSent{"speed_not_sent",
                                            "the speed cannot be sent over LCM; slamctl doctor looks for the cause"};
 inline constexpr ProblemKind kSpeedsOff{"speeds_off", "speeds are off; set base.speed_commands = true, and restart"};
 
+// The set-up's page.
+inline constexpr ProblemKind kSetupAnswered{"setup_answered",
+                                            "this question is answered already; the page shows the present one"};
+inline constexpr ProblemKind kSetupStands{
+    "setup_stands", "the robot is not driven now: only while its drive is recorded, and if you chose the joystick"};
+
 }  // namespace slam::answer

@@ -14,11 +14,8 @@
 #include "tools/web/access/token_file.hpp"
 
 namespace slam {
-namespace {
 
 bool isThisComputerAlone(const std::string& address) { return address == "::1" || address.starts_with("127."); }
-
-}  // namespace
 
 std::string webAddressOf(const WebConfig& web) {
   const bool is_any = web.address == "0.0.0.0" || web.address == "::";
@@ -62,7 +59,11 @@ void printWebAddress(const WebConfig& web, bool qr) {
   if (isThisComputerAlone(web.address))
     throw ConfigError({"web.address is " + web.address + ", which no phone reaches; set web.address = \"0.0.0.0\""});
   const std::string token = tokenOf(web);
-  const std::string code = qrCodeOf(address + (token.empty() ? "" : "#token=" + token));
+  printQrCode(address + (token.empty() ? "" : "#token=" + token));
+}
+
+void printQrCode(const std::string& text) {
+  const std::string code = qrCodeOf(text);
   // Black on white whatever the terminal's colours are: cameras want it so.
   const bool is_terminal = ::isatty(STDOUT_FILENO) != 0;
   for (std::size_t begin = 0, end = 0; begin < code.size(); begin = end + 1) {

@@ -19,6 +19,7 @@
 #include "tools/common/program.hpp"
 #include "tools/slamctl/remote.hpp"
 #include "tools/web/access/token_file.hpp"
+#include "tools/web/drive/drive_sender.hpp"
 #include "tools/web/history/history_file.hpp"
 #include "tools/web/web_server.hpp"
 
@@ -60,13 +61,7 @@ class Listener {
   /// SLAM_DRIVE, once; from any thread. @return false: it could not be sent
   bool drive(const Twist2& twist) {
     const std::lock_guard lock(linking_);
-    const Timestamp now = monotonicNow();
-    drive_t message{};
-    message.utime = toMicroseconds(now + wallClockOffset());
-    message.vx = twist.vx, message.vy = twist.vy, message.omega = twist.omega;
-    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
-    message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-    return link_.publish(channel::kDrive, bytes, now);
+    return publishDrive(link_, twist, monotonicNow());
   }
 
  private:

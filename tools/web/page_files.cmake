@@ -4,7 +4,8 @@ set(text "// Written by page_files.cmake.\n#include \"tools/web/page_files.hpp\"
 set(rows "")
 foreach(row "/|index.html|text/html" "/words.js|words.js|text/javascript" "/german.js|german.js|text/javascript"
         "/page.js|page.js|text/javascript" "/state.js|state.js|text/javascript" "/draw.js|draw.js|text/javascript"
-        "/hands.js|hands.js|text/javascript" "/maps.js|maps.js|text/javascript" "/brush.js|brush.js|text/javascript" "/edit.js|edit.js|text/javascript" "/tools.js|tools.js|text/javascript" "/logs.js|logs.js|text/javascript" "/day.js|day.js|text/javascript" "/commands.js|commands.js|text/javascript"
+        "/hands.js|hands.js|text/javascript" "/maps.js|maps.js|text/javascript" "/brush.js|brush.js|text/javascript" "/edit.js|edit.js|text/javascript" "/tools.js|tools.js|text/javascript" "/logs.js|logs.js|text/javascript" "/day.js|day.js|text/javascript" "/access.js|access.js|text/javascript" "/drive.js|drive.js|text/javascript" "/commands.js|commands.js|text/javascript"
+        "/setup|setup.html|text/html" "/setup.js|setup.js|text/javascript" "/setup_words.js|setup_words.js|text/javascript" "/setup.css|setup.css|text/css"
         "/worker.js|worker.js|text/javascript" "/page.css|page.css|text/css"
         "/manifest.webmanifest|manifest.webmanifest|application/manifest+json" "/icon.svg|icon.svg|image/svg+xml")
   string(REGEX MATCH "^(.*)[|](.*)[|](.*)$" matched "${row}")

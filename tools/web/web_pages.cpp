@@ -26,20 +26,12 @@ namespace {
 using namespace std::chrono_literals;
 using httplib::Request;
 using httplib::Response;
-constexpr Duration kNamesAge = 5s, kPictureAge = 10s;
+constexpr Duration kPictureAge = 10s;
 constexpr const char *kJson = "application/json", *kAllowed = "/api/v1/allowed";
 
 void answerWith(Response& response, const std::string& content, const char* type) {
   response.status = 200;
   response.set_content(content, type);
-}
-
-/// What was done, or why not, in words and as the rows that they are made of.
-void answerWith(Response& response, bool accepted, const std::string& message, const std::vector<problem_t>& parts) {
-  auto rows = nlohmann::json::array();
-  for (const problem_t& part : parts) rows.push_back(problemJson(part));
-  answerWith(response, textOf({{"accepted", accepted}, {"message", message}, {"parts", std::move(rows)}}), kJson);
-  if (!accepted) response.status = 409;
 }
 
 void download(Response& response, const std::string& name) {
@@ -51,6 +43,7 @@ void download(Response& response, const std::string& name) {
 WebPages::WebPages(Settings settings, const SharedState& shared, Commander commander, Driver driver)
     : settings_(std::move(settings)),
       shared_(shared),
+      hosts_(settings_.web.address),
       gate_(settings_.web),
       commander_(std::move(commander)),
       driver_(std::move(driver)),
@@ -71,36 +64,12 @@ httplib::Headers WebPages::headers() {
           {"Cache-Control", "no-store"}};
 }
 
-bool WebPages::mayEnter(const Request& request, Response& response) const {
-  const auto host =
-      request.get_header_value_count("Host") == 1 ? hostOf(request.get_header_value("Host")) : std::nullopt;
-  if (!host) {
-    refuse(response, 400, "one Host header is needed, with a name or an address");
-    return false;
-  }
-  if (isOwnHost(*host)) return true;
-  refuse(response, 421, "this is not that host; use the robot's address or name, or set web.address to the name");
-  return false;
-}
-
-bool WebPages::isOwnHost(const std::string& host) const {
-  const std::lock_guard lock(own_.mutex);
-  const auto isOwn = [&] { return std::find(own_.names.begin(), own_.names.end(), host) != own_.names.end(); };
-  if (isOwn()) return true;
-  const Timestamp now = monotonicNow();
-  if (own_.names.empty() || now > own_.at + kNamesAge) {  // addresses come and go with networks
-    own_.names = ownNames(settings_.web.address);
-    own_.at = now;
-  }
-  return isOwn();
-}
-
 bool WebPages::mayStream(const Request& request, Response& response) const {
   Request asked = request;
   if (asked.has_param("token") && !asked.has_header("Authorization"))
     asked.headers.emplace("Authorization", "Bearer " + asked.get_param_value("token"));
   return gate_.mayRead(asked, response, monotonicNow()) &&
-         upgrade(request, response, [this](const std::string& host) { return isOwnHost(host); });
+         upgrade(request, response, [this](const std::string& host) { return hosts_.isOwnHost(host); });
 }
 
 bool WebPages::mayRead(const Request& request, Response& response) const {
@@ -274,26 +243,13 @@ void WebPages::logArchive(Response& response) const {
 
 bool WebPages::mayChange(const Request& request, Response& response) const {
   if (!gate_.mayCommand(request, response, monotonicNow())) return false;
-  if (request.get_header_value("Content-Type").starts_with(kJson)) return true;
-  refuse(response, 415, "a command is application/json");
-  return false;
+  return isJson(request, response);
 }
 
 void WebPages::drive(const Request& request, Response& response) const {
   if (!settings_.drives) return refuse(response, 403, answerOf({answer::kSpeedsOff}));
   if (!mayChange(request, response)) return;
-  std::string problem;
-  const auto drive = driveRequestOf(request.body, problem);
-  if (!drive) return refuse(response, 400, problem);
-  try {
-    const Problem refusal = driver_(*drive);
-    if (!refusal) return answerWith(response, true, "sent", {});
-    answerWith(response, false, refusal.words(), {toMessage("drive", refusal, false)});
-  } catch (const CommandRefused& refused) {
-    refuse(response, 502, answerOf(refused));
-  } catch (const std::runtime_error& error) {
-    refuse(response, 502, error.what());
-  }
+  answerDrive(request, response, driver_);
 }
 
 void WebPages::command(const Request& request, Response& response) const {

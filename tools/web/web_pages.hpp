@@ -11,8 +11,9 @@
 #include "config/config.hpp"
 #include "mapping/map_image.hpp"
 #include "tools/slamctl/remote.hpp"
+#include "tools/web/access/host_guard.hpp"
 #include "tools/web/access/token_gate.hpp"
-#include "tools/web/drive/drive_relay.hpp"
+#include "tools/web/drive/drive_answer.hpp"
 #include "tools/web/http_library.hpp"
 #include "tools/web/logs/log_folder.hpp"
 #include "tools/web/maps/map_pictures.hpp"
@@ -33,8 +34,6 @@ struct SharedState {
 
 /// Has slamd do something. @return nothing where no answer came @throws std::runtime_error where nothing was sent
 using Commander = std::function<std::optional<Acknowledged>(const WebCommand& command)>;
-/// Drives the base. @return none, or why not @throws std::runtime_error where nothing was sent
-using Driver = std::function<Problem(const DriveRequest& request)>;
 
 /// The answers to requests, without sockets. Safe from several threads.
 class WebPages {
@@ -52,9 +51,10 @@ class WebPages {
 
   WebPages(Settings settings, const SharedState& shared, Commander commander, Driver driver = nullptr);
 
-  /// Who asks for another host's page by this address was led here by a trick (DNS rebinding), and is refused.
-  /// @return false, with the refusal in `response`
-  bool mayEnter(const httplib::Request& request, httplib::Response& response) const;
+  /// As of HostGuard.
+  bool mayEnter(const httplib::Request& request, httplib::Response& response) const {
+    return hosts_.mayEnter(request, response);
+  }
   /// Whether this is for anybody: the page itself, which asks for the token, or for who has the token where one is
   /// needed.
   /// @return false, with the refusal in `response`
@@ -75,7 +75,6 @@ class WebPages {
   static httplib::Headers headers();
 
  private:
-  bool isOwnHost(const std::string& host) const;
   bool mayChange(const httplib::Request& request, httplib::Response& response) const;
   void list(const StoredList& stored, const char* otherwise, httplib::Response& response) const;
   void status(httplib::Response& response) const;
@@ -95,16 +94,12 @@ class WebPages {
 
   Settings settings_;
   const SharedState& shared_;
+  const HostGuard hosts_;
   const TokenGate gate_;
   Commander commander_;
   Driver driver_;
   StoredList maps_, logs_;
   MapPictures pictures_;
-  mutable struct {
-    std::mutex mutex;
-    std::vector<std::string> names;
-    Timestamp at{};
-  } own_;
   mutable std::mutex drawing_;                      // of the two below
   mutable std::shared_ptr<const Picture> picture_;  // kept for a while: .yaml and .pgm belong together
   mutable Timestamp drawn_{};

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "tools/files.hpp"
+#include "tools/slamctl/setup/terminal_console.hpp"
 
 namespace slam::interview_test {
 namespace {
@@ -32,11 +33,12 @@ class Asked : public testing::Test {
     in_.str(typed);
     in_.clear();
     out_.str("");
-    return interview_.emplace(Config(), set, &in_, out_);
+    return interview_.emplace(Config(), set, console_.emplace(&in_, out_));
   }
   test::Folder folder_;
   std::istringstream in_;
   std::ostringstream out_;
+  std::optional<TerminalConsole> console_;
   std::optional<Interview> interview_;
 };
 
@@ -81,18 +83,19 @@ TEST_F(Asked, TakesTheDefaultOfAnEmptyLineAndKeepsWhatTheFileSets) {
   EXPECT_TRUE(out_.str().empty());
   interview.ask("lidar.x", "How far ahead?");
   EXPECT_EQ(interview.config().front_end.lidar.T_base_lidar.x, 0.0);
-  EXPECT_TRUE(interview.agrees("Write it?", false));
-  EXPECT_FALSE(interview.agrees("Write it?", true));
+  EXPECT_TRUE(interview.agrees("write", "Write it?", false));
+  EXPECT_FALSE(interview.agrees("write", "Write it?", true));
 }
 
 TEST(Interview, TakesDefaultsWhereNobodyCanBeAsked) {
   std::ostringstream out;
-  Interview interview({}, {}, nullptr, out);
+  TerminalConsole console(nullptr, out);
+  Interview interview({}, {}, console);
   interview.ask("lidar.x", "How far ahead?");
   EXPECT_THAT(out.str(), HasSubstr("lidar.x = 0.0, a default"));
   EXPECT_FALSE(interview.isSet("lidar.x"));
-  EXPECT_TRUE(interview.agrees("Write it?", true));
-  EXPECT_THAT(interview.line("Which one?"), testing::IsEmpty());
+  EXPECT_TRUE(interview.agrees("write", "Write it?", true));
+  EXPECT_GT(interview.choose("lidar.port", "Which one?", {"a"}), 1U);
 }
 
 }  // namespace

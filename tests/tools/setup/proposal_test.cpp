@@ -9,6 +9,7 @@
 #include "config/file_edit.hpp"
 #include "config/loader.hpp"
 #include "tools/files.hpp"
+#include "tools/slamctl/setup/terminal_console.hpp"
 
 namespace slam::proposal_test {
 namespace {
@@ -41,7 +42,8 @@ Proposed propose(
   const auto set = setFrom(file, "file", config);
   std::istringstream in(typed == nullptr ? "" : typed);
   std::ostringstream out;
-  Interview interview(config, set, typed == nullptr ? nullptr : &in, out);
+  TerminalConsole console(typed == nullptr ? nullptr : &in, out);
+  Interview interview(config, set, console);
   proposeDevices(interview, machine, again);
   EXPECT_THAT(test::differences(parseConfig(editedConfig("", interview.config()), "written"), interview.config()),
               testing::IsEmpty());

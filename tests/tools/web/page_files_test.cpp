@@ -16,10 +16,13 @@
 namespace slam::page_files_test {
 namespace {
 
-constexpr const char* kPaths[] = {
-    "/",         "/words.js",    "/german.js", "/page.js",  "/state.js", "/draw.js",
-    "/hands.js", "/commands.js", "/maps.js",   "/brush.js", "/edit.js",  "/day.js",
-    "/tools.js", "/logs.js",     "/worker.js", "/page.css", "/icon.svg", "/manifest.webmanifest"};
+constexpr const char* kPaths[] = {"/",        "/words.js",  "/german.js", "/page.js",  "/state.js",
+                                  "/draw.js", "/hands.js",  "/access.js", "/drive.js", "/commands.js",
+                                  "/maps.js", "/brush.js",  "/edit.js",   "/day.js",   "/tools.js",
+                                  "/logs.js", "/worker.js", "/page.css",  "/icon.svg", "/manifest.webmanifest"};
+
+// Of slamctl's set-up, which is nothing without the robot.
+constexpr const char* kSetupPaths[] = {"/setup", "/setup.js", "/setup_words.js", "/setup.css"};
 
 std::string contentOf(const char* path) {
   const PageFile* file = findPageFile(path);
@@ -107,6 +110,20 @@ TEST(PageFiles, NeedNoOtherHost) {
   }
 }
 
+TEST(PageFiles, OfTheSetUpAreSmallAndNeedNoOtherHost) {
+  constexpr std::size_t kMost = 12'000;  // [bytes]
+  std::size_t size = 0;
+  for (const char* path : kSetupPaths) {
+    EXPECT_NE(contentOf(path), "") << path;
+    EXPECT_THAT(contentOf(path), testing::Not(testing::ContainsRegex("https?://"))) << path;
+    size += compressed(contentOf(path));
+  }
+  EXPECT_GT(size, kMost / 2);
+  EXPECT_LT(size, kMost);
+  for (const std::string& path : matchesIn(contentOf("/setup"), R"x(<(?:script|link)[^>]* (?:src|href)="([^"]+)")x"))
+    EXPECT_NE(contentOf(path.c_str()), "") << path;
+}
+
 TEST(PageFiles, AreAllKeptForAStartWithoutTheRobot) {
   for (const char* path : kPaths) {
     if (std::string(path) == "/worker.js") continue;
@@ -114,24 +131,47 @@ TEST(PageFiles, AreAllKeptForAStartWithoutTheRobot) {
   }
 }
 
-TEST(PageFiles, HaveEachTextInBothLanguages) {
-  std::ifstream in(SLAMD_SOURCE_DIR "/tools/web/page/words.js");  // with its lines
+/// Keys of a script's tables of texts, which are the same in both languages.
+std::set<std::string> textKeys(const std::string& script, std::size_t least) {
+  std::ifstream in(SLAMD_SOURCE_DIR "/tools/web/page/" + script);  // with its lines
   const std::string text((std::istreambuf_iterator<char>(in)), {});
   const std::size_t german = text.find("\n  de: {"), end = text.find("\n};", german);
-  ASSERT_NE(end, std::string::npos);
+  EXPECT_NE(end, std::string::npos) << script;
   const char* const key = R"x((?:^|[\n ,])(\w+): ")x";
   const auto english_keys = matchesIn(text.substr(0, german), key);
   const auto german_keys = matchesIn(text.substr(german, end - german), key);
-  EXPECT_GT(english_keys.size(), 80U);
+  EXPECT_GT(english_keys.size(), least);
   EXPECT_EQ(english_keys, german_keys);
-  const std::set<std::string> known(english_keys.begin(), english_keys.end());
-  EXPECT_EQ(known.size(), english_keys.size()) << "a key stands twice";
-  for (const std::string& used : matchesIn(contentOf("/"), R"x(data-(?:text|label|title|placeholder)="(\w+)")x"))
-    EXPECT_TRUE(known.contains(used)) << used;
-  for (const char* path : kPaths) {
-    for (const std::string& used : matchesIn(contentOf(path), R"x(\b(?:t|button)\("(\w+)"[,)])x"))
-      EXPECT_TRUE(known.contains(used)) << used << " in " << path;
+  std::set<std::string> keys(english_keys.begin(), english_keys.end());
+  EXPECT_EQ(keys.size(), english_keys.size()) << "a key stands twice in " << script;
+  return keys;
+}
+
+/// Each text that a page's file uses is there.
+void expectTexts(const std::set<std::string>& known, const char* path) {
+  for (const std::string& used : matchesIn(contentOf(path), R"x(data-(?:text|label|title|placeholder)="(\w+)")x"))
+    EXPECT_TRUE(known.contains(used)) << used << " in " << path;
+  for (const std::string& used : matchesIn(contentOf(path), R"x(\b(?:t|button)\("(\w+)"[,)])x"))
+    EXPECT_TRUE(known.contains(used)) << used << " in " << path;
+}
+
+TEST(PageFiles, HaveEachTextInBothLanguages) {
+  std::set<std::string> known = textKeys("words.js", 80);
+  for (const char* path : kPaths) expectTexts(known, path);
+  known.merge(textKeys("setup_words.js", 30));
+  for (const char* path : kSetupPaths) expectTexts(known, path);
+}
+
+TEST(PageFiles, AskEachQuestionOfTheSetUpInGerman) {
+  std::string text;
+  for (const char* file : {"proposal", "setup_command", "web/web_console"}) {
+    std::ifstream in(std::string(SLAMD_SOURCE_DIR "/tools/slamctl/setup/") + file + ".cpp");
+    text.append(std::istreambuf_iterator<char>(in), {});
   }
+  std::vector<std::string> ids = matchesIn(text, R"x((?:\bask|agrees)\(\s*"([\w.]+)")x");
+  for (const std::string& id : matchesIn(text, R"x(\.id = "(\w+)")x")) ids.push_back(id);
+  EXPECT_GT(ids.size(), 20U);
+  for (const std::string& id : ids) EXPECT_THAT(contentOf("/setup_words.js"), testing::HasSubstr('"' + id + "\": \""));
 }
 
 TEST(PageFiles, HaveGermanWordsForEachProblem) {

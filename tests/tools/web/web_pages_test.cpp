@@ -65,12 +65,6 @@ class Pages : public testing::Test {
     pages().drive(request, response);
     return response;
   }
-  int statusOfHost(const std::vector<std::string>& hosts) {
-    Request request;
-    for (const std::string& host : hosts) request.headers.emplace("Host", host);
-    Response response;
-    return pages().mayEnter(request, response) ? 200 : response.status;
-  }
   WebPages& pages() {
     if (!pages_) {
       pages_.emplace(
@@ -133,22 +127,6 @@ TEST_F(Pages, AllowNoScriptButTheirOwn) {
   EXPECT_THAT(policy, HasSubstr("script-src 'self'"));
   EXPECT_THAT(policy, testing::Not(HasSubstr("unsafe")));
   EXPECT_EQ(headers.find("X-Content-Type-Options")->second, "nosniff");
-}
-
-TEST_F(Pages, AreForThisHostAlone) {
-  EXPECT_EQ(statusOfHost({"127.0.0.1:8080"}), 200);
-  EXPECT_EQ(statusOfHost({"localhost"}), 200);
-  EXPECT_EQ(statusOfHost({"[::1]:8080"}), 200);
-  EXPECT_EQ(statusOfHost({"evil.example:8080"}), 421);
-  EXPECT_EQ(statusOfHost({"localhost.evil.example"}), 421);
-  EXPECT_EQ(statusOfHost({}), 400);
-  EXPECT_EQ(statusOfHost({"localhost", "evil.example"}), 400);
-  EXPECT_EQ(statusOfHost({"evil.example@localhost"}), 400);
-}
-
-TEST_F(Pages, AreForTheConfiguredHost) {
-  settings_.web.address = "robot.example";
-  EXPECT_EQ(statusOfHost({"Robot.example:8080"}), 200);
 }
 
 TEST_F(Pages, HaveAStatusOfJson) {

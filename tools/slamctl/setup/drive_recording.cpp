@@ -6,7 +6,6 @@
 #include <fcntl.h>
 #include <fstream>
 #include <optional>
-#include <ostream>
 #include <sstream>
 #include <stdexcept>
 #include <sys/prctl.h>
@@ -15,11 +14,9 @@
 #include <unistd.h>
 #include <vector>
 
-#include "bus/channels.hpp"
-#include "bus/event_log.hpp"
 #include "config/file_edit.hpp"
 #include "tools/common/output_file.hpp"
-#include "tools/common/program.hpp"
+#include "tools/slamctl/setup/drive_progress.hpp"
 
 namespace slam {
 namespace {
@@ -62,6 +59,7 @@ class Slamd {
     if (id_ != 0) return;
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != parent) _exit(127);
+    close_range(3, ~0U, 0);  // connections of the set-up's page
     const int file = open(words.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
     dup2(file, STDOUT_FILENO);
     dup2(file, STDERR_FILENO);
@@ -89,23 +87,6 @@ class Slamd {
   pid_t id_ = -1;
 };
 
-/// Whether scans and wheels are in a log that grows.
-bool hasSensors(const fs::path& log) {
-  std::error_code error;
-  if (fs::file_size(log, error) == 0 || error) return false;
-  try {
-    EventLogReader reader(log);
-    bool scans = false, wheels = false;
-    for (LogEvent event; !(scans && wheels) && reader.next(event);) {
-      scans = scans || event.channel == channel::kScan;
-      wheels = wheels || event.channel == channel::kWheels;
-    }
-    return scans && wheels;
-  } catch (const std::runtime_error&) {  // nothing whole is in it yet
-    return false;
-  }
-}
-
 /// The same robot, with nothing kept but the record.
 Config forRecording(Config config, const fs::path& log) {
   config.mode = RunMode::kSlam;
@@ -121,31 +102,33 @@ Config forRecording(Config config, const fs::path& log) {
 
 }  // namespace
 
-fs::path recordDrive(const Config& config, double seconds, const fs::path& folder, std::ostream& out) {
+fs::path recordDrive(const Config& config, double seconds, const fs::path& folder, Console& console) {
   const fs::path file = folder / "slamd.toml", words = folder / "slamd.txt", log = folder / "drive.lcm";
   OutputFile written(file);
   written.write(editedConfig("", forRecording(config, log)));
   written.close();
   Slamd slamd(file, words);
+  DriveWatch watch(log);
   std::optional<Clock::time_point> begin;
   const auto started = Clock::now(), limit = started + kBegin;
-  const auto length = std::chrono::duration<double>(seconds);
-  while (!begin || Clock::now() - *begin < length) {
+  DriveProgress progress{.length = seconds};
+  while (progress.seconds < seconds) {
     std::this_thread::sleep_for(kLook);
     if (!slamd.runs()) throw std::runtime_error("slamd ended before the drive did:\n" + lastWordsIn(words));
-    if (!begin && hasSensors(log)) {
-      begin = Clock::now();
-      out << "Scans and wheels come. Drive now: straight, and turning to both sides.\n" << std::flush;
-    }
+    watch.look();
+    const bool begins = !begin && watch.hasSensors();
+    if (begins) begin = Clock::now();
     if (!begin && Clock::now() > limit)
       throw std::runtime_error("no scans, or no wheels, came for the calibration:\n" + lastWordsIn(words));
-    if (begin) {
-      const double done = std::chrono::duration<double>(Clock::now() - *begin).count();
-      showProgress("recording: " + std::to_string(static_cast<int>(done)) + " s of " +
-                   std::to_string(static_cast<int>(seconds)));
-    }
+    if (!begin) continue;
+    progress = watch.driven();
+    progress.phase = begins ? DriveProgress::kBegins : DriveProgress::kDrives;
+    progress.seconds = std::chrono::duration<double>(Clock::now() - *begin).count();
+    progress.length = seconds;
+    console.show(progress);
   }
-  endProgress();
+  progress.phase = DriveProgress::kOver;
+  console.show(progress);
   slamd.end();
   return log;
 }

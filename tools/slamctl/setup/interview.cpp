@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
-#include <istream>
+#include <cstdint>
 #include <ostream>
 #include <sstream>
 
@@ -15,12 +15,6 @@ namespace slam {
 namespace {
 
 constexpr std::uint64_t kMostAnswers = 1 << 20;  // [bytes]
-
-std::string trimmed(const std::string& text) {
-  constexpr const char* kBlanks = " \t\r\n";
-  const auto begin = text.find_first_not_of(kBlanks);
-  return begin == std::string::npos ? "" : text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
-}
 
 /// Numbers, lists, texts in quotes, true and false.
 bool isToml(const std::string& value) {
@@ -42,6 +36,12 @@ std::string numberOf(const std::string& value) {
 }
 
 }  // namespace
+
+std::string trimmed(const std::string& text) {
+  constexpr const char* kBlanks = " \t\r\n";
+  const auto begin = text.find_first_not_of(kBlanks);
+  return begin == std::string::npos ? "" : text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
+}
 
 std::string settingLine(const std::string& key, const std::string& value) {
   if (isToml(value)) return key + " = " + numberOf(value);
@@ -79,39 +79,35 @@ void Interview::take(const std::string& key, const std::string& value) {
   set_.insert(key);
 }
 
-std::string Interview::line(const std::string& question) {
-  out_ << question << std::flush;
-  std::string line;
-  if (in_ == nullptr) {
-    out_ << "\n";
-  } else if (!std::getline(*in_, line)) {
-    in_ = nullptr;
-    out_ << "\n";
-  }
-  return trimmed(line);
-}
-
 void Interview::ask(const std::string& key, const std::string& question) {
   if (isSet(key)) return;
   if (!hasPerson()) {
-    out_ << key << " = " << valueOf(key) << ", a default: " << question << "\n";
+    out() << key << " = " << valueOf(key) << ", a default: " << question << "\n";
     return;
   }
-  for (;;) {
-    const std::string typed = line(question + " (" + key + ") [" + valueOf(key) + "] ");
+  for (Question asked{.kind = Question::kText, .id = key, .text = question, .otherwise = valueOf(key)};;) {
+    const std::string typed = console_.answerTo(asked);
     if (typed.empty()) return;
     try {
       return take(key, typed);
     } catch (const ConfigError& error) {
-      out_ << error.what() << "\n";
+      asked.error = error.what();
     }
   }
 }
 
-bool Interview::agrees(const std::string& question, bool otherwise) {
+bool Interview::agrees(const std::string& id, const std::string& question, bool otherwise) {
   if (!hasPerson()) return otherwise;
-  const std::string typed = line(question + " [y/N] ");
+  const std::string typed = console_.answerTo({.kind = Question::kYesNo, .id = id, .text = question});
   return typed == "y" || typed == "Y" || typed == "yes";
+}
+
+std::size_t Interview::choose(const std::string& id, const std::string& question, std::vector<std::string> choices) {
+  const std::string typed =
+      console_.answerTo({.kind = Question::kChoice, .id = id, .text = question, .choices = std::move(choices)});
+  const bool is_number =
+      !typed.empty() && typed.size() < 3 && typed.find_first_not_of("0123456789") == std::string::npos;
+  return is_number ? std::stoul(typed) - 1 : SIZE_MAX;
 }
 
 }  // namespace slam

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <filesystem>
-#include <iosfwd>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "config/config.hpp"
+#include "tools/slamctl/setup/console.hpp"
 
 namespace slam {
 
@@ -14,13 +14,14 @@ namespace slam {
 /// is asked one question at a time. What the answers set, nothing else changes.
 class Interview {
  public:
-  /// @param set keys that the file of `start` sets @param in nullptr: nobody can be asked, each default is taken
-  Interview(Config start, const std::vector<std::string>& set, std::istream* in, std::ostream& out)
-      : config_(std::move(start)), set_(set.begin(), set.end()), in_(in), out_(out) {}
+  /// @param set keys that the file of `start` sets @param console without a person each default is taken
+  Interview(Config start, const std::vector<std::string>& set, Console& console)
+      : config_(std::move(start)), set_(set.begin(), set.end()), console_(console) {}
 
   const Config& config() const { return config_; }
-  std::ostream& out() const { return out_; }
-  bool hasPerson() const { return in_ != nullptr; }
+  Console& console() const { return console_; }
+  std::ostream& out() const { return console_.out(); }
+  bool hasPerson() const { return console_.hasPerson(); }
 
   /// Takes answers: lines of `section.key = value`. A text needs no quotes.
   /// @throws ConfigError as a configuration has it, for an unknown key or a value that cannot be
@@ -37,17 +38,19 @@ class Interview {
   void takeDefault(const std::string& key, const std::string& value);
   /// Asks for a key that is not set; an empty line takes the value that it has.
   void ask(const std::string& key, const std::string& question);
-  /// @param otherwise where nobody can be asked
-  bool agrees(const std::string& question, bool otherwise);
-  /// A line that a person types; empty, too, where nobody can be asked.
-  std::string line(const std::string& question);
+  /// @param id of the decision @param otherwise where nobody can be asked
+  bool agrees(const std::string& id, const std::string& question, bool otherwise);
+  /// Which of them. @return their index; any other number: none of them
+  std::size_t choose(const std::string& id, const std::string& question, std::vector<std::string> choices);
 
  private:
   Config config_;
   std::set<std::string> set_, answered_;
-  std::istream* in_;
-  std::ostream& out_;
+  Console& console_;
 };
+
+/// Without the blanks around it.
+std::string trimmed(const std::string& text);
 
 /// `key = value` with the quotes that TOML wants around a text. @param value as a person types it
 std::string settingLine(const std::string& key, const std::string& value);

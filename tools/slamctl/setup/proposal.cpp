@@ -153,22 +153,18 @@ class Proposal {
 
   /// @return std::nullopt: one was unplugged, or the answer was none
   std::optional<FoundPort> chooseOf(const std::vector<FoundPort>& ports, const Role& role, const std::string& key) {
-    std::string list, names;
-    for (const FoundPort& port : ports)
+    std::vector<std::string> list;
+    std::string names;
+    for (const FoundPort& port : ports) {
       names += (names.empty() ? "" : ", ") + port.path + " (" + port.finding.name + ")";
-    for (std::size_t i = 0; i < ports.size(); ++i)
-      list += "  " + std::to_string(i + 1) + ": " + ports[i].path + ", " + ports[i].finding.name + "\n";
-    const std::string count = std::to_string(ports.size());
+      list.push_back(port.path + ", " + port.finding.name);
+    }
+    const std::string question = std::to_string(ports.size()) + " devices could be the " + role.name;
     if (!interview_.hasPerson())
-      throw std::runtime_error(count + " devices could be the " + role.name + "; set " + key +
-                               " in the answers to one of: " + names);
-    const std::string typed = interview_.line(count + " devices could be the " + role.name + ":\n" + list +
-                                              "Which one? Its number; or unplug the other and press Enter ");
+      throw std::runtime_error(question + "; set " + key + " in the answers to one of: " + names);
+    const std::size_t at = interview_.choose(key, question, list);
     if (!interview_.hasPerson()) return chooseOf(ports, role, key);
-    const bool number =
-        !typed.empty() && typed.size() < 3 && typed.find_first_not_of("0123456789") == std::string::npos;
-    const std::size_t at = number ? std::stoul(typed) : 0;
-    return at >= 1 && at <= ports.size() ? std::optional(ports[at - 1]) : std::nullopt;
+    return at < ports.size() ? std::optional(ports[at]) : std::nullopt;
   }
 
   void takePort(const Role& role, const FoundPort& port) {

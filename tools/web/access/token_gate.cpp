@@ -18,7 +18,8 @@ namespace {
 
 constexpr const char* kCookie = "slamd-read";
 
-/// 128 bits that nobody can guess, in hexadecimal digits.
+}  // namespace
+
 std::string drawnSecret() {
   std::random_device source;  // the kernel's
   std::string secret;
@@ -29,8 +30,6 @@ std::string drawnSecret() {
   }
   return secret;
 }
-
-}  // namespace
 
 TokenGate::TokenGate(const WebConfig& web) : web_(web), cookie_(drawnSecret()) {}
 

@@ -35,6 +35,9 @@ class TokenGate {
   mutable TokenThrottle throttle_{TokenThrottle::Limits{}};
 };
 
+/// 128 bits that nobody can guess, in hexadecimal digits.
+std::string drawnSecret();
+
 /// Ends a request. @param words what is wrong, for people
 void refuse(httplib::Response& response, int status, const std::string& words);
 /// As well with the rows that the words are made of, in the header kPartsHeader: a list of `problem` (docs/api.md).

@@ -344,7 +344,9 @@ other_drives|eine andere Seite fährt den Roboter
 web_ends|slam-web endet
 stop_not_sent|Stopp nicht gesendet; slamd hält in einer halben Sekunde selbst an
 speed_not_sent|Tempo nicht gesendet; slamctl doctor sucht die Ursache
-speeds_off|Fahren ist aus; base.speed_commands = true setzen, neu starten`.split("\n").map((row) => row.split("|")).map(([id, ...words]) => [id, words]));
+speeds_off|Fahren ist aus; base.speed_commands = true setzen, neu starten
+setup_answered|diese Frage ist schon beantwortet; die Seite zeigt die jetzige
+setup_stands|der Roboter wird jetzt nicht gefahren: nur während seine Fahrt aufgezeichnet wird, und wenn du den Joystick gewählt hast`.split("\n").map((row) => row.split("|")).map(([id, ...words]) => [id, words]));
 // The same faults of a drive, for which slamd stops the wheels.
 for (const id of ["no_frames", "no_heartbeat", "not_armed", "axis_error"])
   window.kGerman[id + "_stops"] = [...window.kGerman[id], "slamd hält beide Räder an, bis beide Antriebe gehorchen und ein neues SLAM_DRIVE kommt"];

@@ -20,7 +20,6 @@ const place = { armed: false, from: null, to: null };  // a pose that is being d
 // For tests and curious people.
 window.slam = { robot, view, firstTile: null, lag: [] };
 
-const $ = (id) => document.getElementById(id);
 const canvas = $("map");
 const paint = canvas.getContext("2d");
 const ratioOf = () => window.devicePixelRatio || 1;

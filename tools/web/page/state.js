@@ -7,17 +7,6 @@ const kLevels = { localised: "good", degraded: "warning", initialising: "warning
 const kLongestLine = 80;  // characters of the line over the map
 const kSilent = 3;        // [s] of slamd, or of the link
 
-function showFacts(list, facts) {
-  list.replaceChildren(...facts.flatMap(([name, value]) => [element("dt", name), element("dd", value)]));
-}
-
-function element(tag, text = "", className) {
-  const made = document.createElement(tag);
-  made.textContent = text;
-  if (className) made.className = className;
-  return made;
-}
-
 /// Metres as people read them: centimetres below one.
 const length = (metres) => metres >= 0.995 ? number(metres, 1) + " m" : Math.max(1, Math.round(100 * metres)) + " cm";
 const sigma = (pose) => Math.sqrt(Math.max(0, pose.cov[0], pose.cov[2]));

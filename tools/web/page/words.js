@@ -2,6 +2,18 @@
 "use strict";
 
 const all = (selector) => document.querySelectorAll(selector);
+const $ = (id) => document.getElementById(id);
+
+function element(tag, text = "", className) {
+  const made = document.createElement(tag);
+  made.textContent = text;
+  if (className) made.className = className;
+  return made;
+}
+
+function showFacts(list, facts) {
+  list.replaceChildren(...facts.flatMap(([name, value]) => [element("dt", name), element("dd", value)]));
+}
 
 // ---- texts: one table for each language ---------------------------------------------------------------------------
 

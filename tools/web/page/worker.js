@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 "use strict";
 // Keeps the page itself, so that it opens where the robot is not reached; what it shows is always of the robot.
-const kShell = ["/", "/words.js", "/german.js", "/page.js", "/state.js", "/draw.js", "/hands.js", "/maps.js", "/brush.js", "/edit.js", "/tools.js", "/logs.js", "/day.js", "/commands.js", "/page.css", "/manifest.webmanifest", "/icon.svg"];
+const kShell = ["/", "/words.js", "/german.js", "/page.js", "/state.js", "/draw.js", "/hands.js", "/maps.js", "/brush.js", "/edit.js", "/tools.js", "/logs.js", "/day.js", "/access.js", "/drive.js", "/commands.js", "/page.css", "/manifest.webmanifest", "/icon.svg"];
 const kCache = "slamd";
 
 self.addEventListener("install", (event) => {
