@@ -76,7 +76,7 @@ TEST_F(Watched, GrowsWithTheLogWhateverPartOfItIsWritten) {
   EXPECT_LT(watch_.driven().right, 0.05);
 }
 
-TEST_F(Watched, SumsTurnsOfEachSideAndTellsThemFromStraightWay) {
+TEST_F(Watched, SumsTurnsOfEachSideApartFromStraightWay) {
   append(pose_);
   drive(0.0, 2.0 * pi);
   drive(2.0, -1.5 * pi);
