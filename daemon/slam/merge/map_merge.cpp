@@ -217,7 +217,7 @@ bool haveOneFloor(const KeyframeGraph& keyframes, std::span<const int> first, st
   report.cells = compareCells(drawn(first, coarse), drawn(second, coarse), merge.cell_tolerance);
   if (merge.furniture_moved || report.cells.share() >= merge.min_same_cells) return true;
   report.furniture = findMovedFurniture(drawn(first, fine), drawn(second, fine), merge.furniture);
-  return report.furniture.evidence() >= merge.min_moved;
+  return report.furniture.evidence >= merge.min_moved;
 }
 
 /// Both maps with these poses and edges. @param turn [rad] of the second one's axes

@@ -32,7 +32,7 @@ struct Twins {
 class TwinSearch {
  public:
   TwinSearch(const ComparedMap& a, const ComparedMap& b, const MovedFurnitureConfig& config)
-      : a_(a), b_(b), config_(config), way_(config.way / config.cell) {}
+      : a_(a), b_(b), config_(config), distance_(config.distance / config.cell) {}
 
   /// The best place in b of a piece of a, turned by one of these angles [rad], where the piece of b looks like it.
   std::optional<Twins> find(const Piece& a, const Piece& b, std::span<const double> turns) const {
@@ -77,13 +77,13 @@ class TwinSearch {
     Eigen::Vector2d low = turned.front(), high = low;
     for (const Eigen::Vector2d& cell : turned) low = low.cwiseMin(cell), high = high.cwiseMax(cell);
     // Places at which the rectangles around both meet.
-    const Eigen::Vector2d reach(way_, way_), first = (at(b.low) - high).cwiseMax(from - reach),
-                                             last = (at(b.high) - low).cwiseMin(from + reach);
+    const Eigen::Vector2d reach(distance_, distance_), first = (at(b.low) - high).cwiseMax(from - reach),
+                                                       last = (at(b.high) - low).cwiseMin(from + reach);
     const double step = config_.step / config_.cell;
     for (double y = first.y(); y <= last.y(); y += step) {
       for (double x = first.x(); x <= last.x(); x += step) {
         const Eigen::Vector2d to(x, y);
-        if ((to - from).squaredNorm() > way_ * way_) continue;
+        if ((to - from).squaredNorm() > distance_ * distance_) continue;
         const auto there = fit(turned, to, b_);
         if (!there) continue;
         const auto here = fit(back, from - Eigen::Rotation2Dd(-turn) * to, a_);
@@ -95,7 +95,7 @@ class TwinSearch {
 
   const ComparedMap &a_, &b_;
   const MovedFurnitureConfig& config_;
-  double way_;  // [cells]
+  double distance_;  // [cells]
 };
 
 /// Cells of either map whose twins were found.
@@ -154,6 +154,8 @@ MovedFurniture findMovedFurniture(const OccupancyGrid& grid_a, const OccupancyGr
   furniture.moved = config.cell * matched.add(search, unturned);
   furniture.turned = config.cell * matched.add(search, turns);
   furniture.other = std::max(0.0, config.cell * (a.alone() + b.alone()) - furniture.moved - furniture.turned);
+  const double counted = furniture.moved + config.turned_weight * furniture.turned;
+  furniture.evidence = counted - config.other_weight * (furniture.found() + furniture.other - counted);
   return furniture;
 }
 
