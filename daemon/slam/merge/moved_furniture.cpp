@@ -37,12 +37,16 @@ class TwinSearch {
   /// The best place in b of a piece of a, turned by one of these angles [rad], where the piece of b looks like it.
   std::optional<Twins> find(const Piece& a, const Piece& b, std::span<const double> turns) const {
     std::optional<Twins> best;
+    const double half_diagonals = ((at(a.high) - at(a.low)).norm() + (at(b.high) - at(b.low)).norm()) / 2.0;
+    if ((middleOf(a) - middleOf(b)).norm() > distance_ + half_diagonals) return best;
     for (const double turn : turns) findTurned(a, b, turn, best);
     return best;
   }
 
  private:
   static Eigen::Vector2d at(CellIndex cell) { return Eigen::Vector2d(cell.column, cell.row); }
+
+  static Eigen::Vector2d middleOf(const Piece& piece) { return (at(piece.low) + at(piece.high)) / 2.0; }
 
   /// A piece's cells [cells] around a place, turned by an angle [rad].
   static std::vector<Eigen::Vector2d> around(const Piece& piece, const Eigen::Vector2d& place, double turn) {
@@ -72,7 +76,7 @@ class TwinSearch {
   }
 
   void findTurned(const Piece& a, const Piece& b, double turn, std::optional<Twins>& best) const {
-    const Eigen::Vector2d from = (at(a.low) + at(a.high)) / 2.0;
+    const Eigen::Vector2d from = middleOf(a);
     const std::vector<Eigen::Vector2d> turned = around(a, from, turn), back = around(b, Eigen::Vector2d::Zero(), -turn);
     Eigen::Vector2d low = turned.front(), high = low;
     for (const Eigen::Vector2d& cell : turned) low = low.cwiseMin(cell), high = high.cwiseMax(cell);
