@@ -28,7 +28,7 @@ struct MergeConfig {
   /// building it is 0.82 to 0.94, in a home where all furniture was moved 0.90 to 0.96. There ...
   double min_same_cells = 0.96;
   MovedFurnitureConfig furniture;
-  double min_moved = 0.5;        ///< [m] ... the shapes of what differs decide: MovedFurniture::evidence
+  double min_moved = 1.0;        ///< [m] ... the shapes of what differs decide: MovedFurniture::evidence
   bool furniture_moved = false;  ///< as a person knows: less agreement is no sign of another floor
 };
 

@@ -14,7 +14,7 @@ struct MovedFurnitureConfig {
   double min_recognised = 0.5;  ///< [1] of a piece's cells that its twin has, at least ...
   double max_missed = 0.05;     ///< [1] ... and of those that the other map has seen, which it may lack
   double turned_weight = 0.5;   ///< [1] of outline that was turned: of so many places one fits by chance
-  /// [1] of outline without a twin. Of two floors up to 0.39 of the outline has one, of one floor 0.48 or more; with
+  /// [1] of outline without a twin. Of two floors up to 0.42 of the outline has one, of one floor 0.48 or more; with
   /// 0.43 the evidence is 0 m.
   double other_weight = 0.75;
 };
