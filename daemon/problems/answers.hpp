@@ -61,11 +61,13 @@ inline constexpr ProblemKind kMapSame{"map_same", "mode is \"localise\": the map
 inline constexpr ProblemKind kNotLocalised{
     "not_localised", "the robot is not localised: it would be lost in the turned map; try again when it is"};
 inline constexpr ProblemKind kFewWalls{"few_walls", "the map has too few walls to be straightened by; drive on"};
-// Numbers: cells that agree, and what is needed [%].
+// Numbers: cells that agree, and what is needed [%]; outline of what was moved, and of other pieces [m].
 inline constexpr ProblemKind kOtherFurniture{
     "other_furniture",
     "{0} and {1} have the same walls, but {#0.1} % of the obstacles where both have been are the same, and {#1} % are "
-    "needed: another floor that looks alike, or a home whose furniture was moved",
+    "needed; of the others' outlines {#2.1} m look like pieces that were moved, {#3.1} m do not: another floor that "
+    "looks alike, "
+    "or a home whose furniture was moved far or replaced",
     "nothing is stored", "if the furniture was moved, give --moved; of two floors keep both maps"};
 inline constexpr ProblemKind kNoPlace{"no_place", "there is no place \"{0}\"; slamctl map place makes one"};
 

@@ -98,7 +98,7 @@ TEST_F(StoredMaps, OfTwoFloorsNeedTheFlagForMovedFurniture) {
   } catch (const CommandRefused& refused) {
     EXPECT_TRUE(refused.why().is(answer::kOtherFurniture)) << refused.what();
     EXPECT_THAT(refused.why().texts(), testing::ElementsAre("ground", "upper"));
-    EXPECT_THAT(refused.what(), HasSubstr("another floor that looks alike, or a home whose furniture was moved"));
+    EXPECT_THAT(refused.what(), HasSubstr("another floor that looks alike, or a home whose furniture was moved far"));
     EXPECT_THAT(refused.what(), HasSubstr("--moved"));
   }
   EXPECT_FALSE(fs::exists(folder / "c"));

@@ -203,10 +203,21 @@ class Joining {
   LoopClosureSearch closures_;
 };
 
-OccupancyGrid drawnFrom(const KeyframeGraph& keyframes, std::span<const int> ids, const OccupancyGridConfig& config) {
-  OccupancyGrid grid(config);
-  for (const int id : ids) grid.add(keyframes.pose(id), keyframes.scan(id)->T_base_lidar, keyframes.scan(id)->points);
-  return grid;
+/// Whether the obstacles of both maps are the same, or those that differ look like furniture that was moved.
+/// @param report out: cells, furniture
+bool haveOneFloor(const KeyframeGraph& keyframes, std::span<const int> first, std::span<const int> second,
+                  OccupancyGridConfig grid, const MergeConfig& merge, MergeReport& report) {
+  const auto drawn = [&](std::span<const int> ids, double cell) {
+    grid.resolution = cell;
+    OccupancyGrid map(grid);
+    for (const int id : ids) map.add(keyframes.pose(id), keyframes.scan(id)->T_base_lidar, keyframes.scan(id)->points);
+    return map;
+  };
+  const double coarse = merge.compared_cell, fine = merge.furniture.cell;
+  report.cells = compareCells(drawn(first, coarse), drawn(second, coarse), merge.cell_tolerance);
+  if (merge.furniture_moved || report.cells.share() >= merge.min_same_cells) return true;
+  report.furniture = findMovedFurniture(drawn(first, fine), drawn(second, fine), merge.furniture);
+  return report.furniture.evidence >= merge.min_moved;
 }
 
 /// Both maps with these poses and edges. @param turn [rad] of the second one's axes
@@ -279,12 +290,8 @@ MergedMap mergeMaps(const MapState& first, const MapState& second, const BackEnd
   if (report.verified - report.revoked < merge.min_verified * report.near ||
       report.revoked > merge.max_revoked * report.verified)
     return merged;
-  OccupancyGridConfig compared = grid;
-  compared.resolution = merge.compared_cell;
-  report.cells = compareCells(drawnFrom(keyframes, in_first, compared), drawnFrom(keyframes, in_second, compared),
-                              merge.cell_tolerance);
   report.outcome = Outcome::kOtherFurniture;
-  if (!merge.furniture_moved && report.cells.share() < merge.min_same_cells) return merged;
+  if (!haveOneFloor(keyframes, in_first, in_second, grid, merge, report)) return merged;
   report.outcome = Outcome::kMerged;
   merged.map = joined(first, second, std::move(keyframes), T_map_second.theta, grid);
   return merged;

@@ -8,6 +8,7 @@
 #include "slam/map_state.hpp"
 #include "slam/merge/cell_agreement.hpp"
 #include "slam/merge/map_registration.hpp"
+#include "slam/merge/moved_furniture.hpp"
 
 namespace slam {
 
@@ -24,10 +25,11 @@ struct MergeConfig {
   double compared_cell = 0.05;         ///< [m] of the grids of either map, whose occupied cells are compared ...
   double cell_tolerance = 0.15;        ///< [m] ... and are the same when they are no farther apart
   /// [1] of these cells are the same, at least, where the furniture stayed: 0.994 to 1.000. On two floors of one
-  /// building it is 0.82 to 0.94, in a home where all furniture was moved 0.90 to 0.96: a person has to tell them
-  /// apart.
+  /// building it is 0.82 to 0.94, in a home where all furniture was moved 0.90 to 0.96. There ...
   double min_same_cells = 0.96;
-  bool furniture_moved = false;  ///< a person says so: less agreement is no sign of another floor
+  MovedFurnitureConfig furniture;
+  double min_moved = 1.0;        ///< [m] ... the shapes of what differs decide: MovedFurniture::evidence
+  bool furniture_moved = false;  ///< as a person knows: less agreement is no sign of another floor
 };
 
 /// How a merge went.
@@ -40,14 +42,15 @@ struct MergeReport {
     kNowhere,         ///< the second map was not found in the first
     kAmbiguous,       ///< two places of it fit
     kContradictory,   ///< some of it fits at one place, some at another, or it does not match there
-    kOtherFurniture,  ///< the walls are the same: another floor, or furniture_moved is missing
+    kOtherFurniture,  ///< the walls are the same: another floor, or furniture that does not look as if it was moved
   } outcome = Outcome::kNowhere;
   RegisteredMap registration;
-  int near = 0;           ///< keyframes of the second map that were compared with ones of the first near them
-  int verified = 0;       ///< of these, which match
-  int revoked = 0;        ///< of these, whose closures the others contradict
-  double residual = 0.0;  ///< [m] RMS of what the closures that stand miss after the optimisation
-  CellAgreement cells;    ///< of both maps where they lie at last
+  int near = 0;              ///< keyframes of the second map that were compared with ones of the first near them
+  int verified = 0;          ///< of these, which match
+  int revoked = 0;           ///< of these, whose closures the others contradict
+  double residual = 0.0;     ///< [m] RMS of what the closures that stand miss after the optimisation
+  CellAgreement cells;       ///< of both maps where they lie at last
+  MovedFurniture furniture;  ///< where too few of these are the same
 };
 
 struct MergedMap {

@@ -71,20 +71,28 @@ std::string refusalOf(const StoredMerge& merge, const MergeReport& report) {
 
 std::string summaryOf(const StoredMerge& merge, const MergeReport& report, int first, int second) {
   const RegisteredMap& registration = report.registration;
-  char text[600];
+  std::string moved;
+  if (report.furniture.found() > 0.0) {
+    char outline[120];
+    std::snprintf(outline, sizeof outline,
+                  "; of the others' outlines %.1f m look like pieces that were moved, %.1f m do not",
+                  report.furniture.found(), report.furniture.other);
+    moved = outline;
+  }
+  char text[700];
   std::snprintf(
       text, sizeof text,
       "map %s: %d keyframes of %s and %d of %s, which lies at %s\n"
       "overlap %.0f %% of what %s shows, of which %.0f %% agrees; residual %.3f m\n"
-      "%.1f %% of the occupied cells that both maps have seen are the same\n"
+      "%.1f %% of the occupied cells that both maps have seen are the same%s\n"
       "found: %zu of %d stretches of its path by themselves, %d elsewhere; %d of %d keyframes match, %d of them "
       "revoked\n"
       "log-likelihood over any other place %.0f, of which %.0f would do",
       merge.merged.c_str(), first, merge.first.c_str(), second, merge.second.c_str(),
       placeText(registration.T_map_second).c_str(), 100.0 * registration.overlap, merge.second.c_str(),
-      100.0 * registration.agreement, report.residual, 100.0 * report.cells.share(), registration.found.size(),
-      registration.stretches, registration.elsewhere, report.verified, report.near, report.revoked, registration.margin,
-      registration.needed);
+      100.0 * registration.agreement, report.residual, 100.0 * report.cells.share(), moved.c_str(),
+      registration.found.size(), registration.stretches, registration.elsewhere, report.verified, report.near,
+      report.revoked, registration.margin, registration.needed);
   return text;
 }
 
@@ -99,7 +107,8 @@ std::string StoredMerge::carryOut(const std::function<void(double)>& progress) c
   const MergedMap result = mergeMaps(one, other, back_end, grid, config, progress);
   if (result.report.outcome == Outcome::kOtherFurniture)
     throw CommandRefused({answer::kOtherFurniture,
-                          {100.0 * result.report.cells.share(), 100.0 * config.min_same_cells},
+                          {100.0 * result.report.cells.share(), 100.0 * config.min_same_cells,
+                           result.report.furniture.found(), result.report.furniture.other},
                           {first, second}});
   if (!result.map) {
     if (result.report.outcome == Outcome::kAmbiguous && !pictures.empty())
