@@ -76,7 +76,7 @@ std::vector<Effect> effectsOfDevices() {
        "",
        nullptr,
        {},
-       "tests/tools/drive_watchdogs_test.cpp: AreToldByFirmware06WhenItIsAsked"},
+       "tests/tools/drive_watchdogs_test.cpp: AreReportedByFirmware06WhenItIsAsked"},
       {"depth.driver", "'none'", drive},
       {"depth.uri", "'file.oni'", cameraSettings},
       {"depth.width", "320", cameraSettings},
@@ -192,7 +192,7 @@ std::vector<Effect> effectsOfEstimation() {
       {"search.wheel_contradiction", "1.0", spinningWheels},
       {"search.wheel_agreement", "0.5", wheelTrust},
       {"search.trusted_overlap", "0.5", spinningWheels},
-      {"search.ambiguity", "0.0", spinningWheels},
+      {"search.ambiguity", "0.0", spinningWheels, {"search.translation=2", "search.rotation=3.1"}},
       {"localisation.degraded_after", "10.0", states},
       {"localisation.lost_position_sigma", "0.05", states},
   };

@@ -293,7 +293,7 @@ no_reset|im Modus „localise“ bleibt die Karte; stattdessen die Pose setzen
 map_same|im Modus „localise“ ändert sich die Karte nicht
 not_localised|der Roboter ist nicht lokalisiert und ginge in der gedrehten Karte verloren; später noch einmal
 few_walls|zu wenige Wände zum Ausrichten; weiterfahren
-other_furniture|{0} und {1} haben dieselben Wände, aber nur {#0.1} % der Hindernisse, wo beide waren, sind gleich, nötig sind {#1} %; von den Umrissen der anderen sehen {#2.1} m nach umgestellten Stücken aus, {#3.1} m nicht: ein anderes Stockwerk, das gleich aussieht, oder eine Wohnung mit weit umgestellten oder anderen Möbeln|wenn Möbel umgestellt wurden: --moved angeben; von zwei Stockwerken beide Karten behalten|nichts ist gespeichert
+other_furniture|{0} und {1} haben dieselben Wände, aber nur {#0.1} % der Hindernisse, wo beide waren, sind gleich, nötig sind {#1} %; von den Umrissen der anderen sehen {#2.1} m umgestellt aus, {#3.1} m nicht: ein anderes Stockwerk oder eine Wohnung mit weit umgestellten oder anderen Möbeln|wenn Möbel umgestellt wurden: --moved angeben; von zwei Stockwerken beide Karten behalten|nichts ist gespeichert
 no_place|es gibt keinen Ort „{0}“
 edit_made|Bearbeitung {#0} ist gemacht
 edit_undone|Bearbeitung {#0}: letzter Schritt rückgängig
