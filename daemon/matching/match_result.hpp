@@ -58,7 +58,7 @@ enum class MatchMethod : std::uint8_t {
 struct MatchConfig {
   MatchMethod method = MatchMethod::kPointToLine;  ///< for who tracks scans; searches and closures match to lines
   int max_iterations = 40;
-  int min_pairs = 20;                   ///< fewer matched points than this is a failure
+  int min_pairs = 18;                   ///< fewer matched points than this, six for each unknown, is a failure
   double search_translation = 0.0;      ///< [m] how far the guess may be off ...
   double search_rotation = 0.0;         ///< [rad] ... beyond what initial_pair_distance covers
   double initial_pair_distance = 1.00;  ///< [m] gate on the distance of a pair in the first iteration ...
