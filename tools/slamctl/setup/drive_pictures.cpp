@@ -9,6 +9,7 @@
 #include "bus/event_log.hpp"
 #include "bus/received.hpp"
 #include "core/pose_history.hpp"
+#include "estimation/wheel_odometry.hpp"
 #include "matching/deskew.hpp"
 #include "store/durable_file.hpp"
 #include "tools/replay/replay.hpp"
@@ -24,18 +25,13 @@ constexpr Rgb kPaper{255, 255, 255}, kInk{30, 40, 60};
 /// Poses of the base by its wheels' angles alone.
 PoseHistory reckon(const DifferentialBase& base, const std::filesystem::path& log) {
   std::vector<StampedPose> poses;
-  double left = 0.0, right = 0.0;  // [rad]
+  WheelOdometry odometry(base);
   EventLogReader reader(log);
   for (LogEvent event; reader.next(event);) {
     if (event.channel != channel::kWheels) continue;
     const Received<wheels_t> wheels(event.data);
     if (!wheels || wheels.message->nwheels < 2) continue;
-    const double ahead = base.wheel_radius * (wheels.message->angles[0] - left),
-                 beside = base.wheel_radius * (wheels.message->angles[1] - right);
-    left = wheels.message->angles[0], right = wheels.message->angles[1];
-    const Pose2 last = poses.empty() ? Pose2() : poses.back().pose;
-    const Pose2 step = exp({0.5 * (ahead + beside), 0.0, 0.5 * (beside - ahead) / base.half_track});
-    poses.push_back({wheels.sample->stamp, poses.empty() ? last : last * step});
+    poses.push_back({wheels.sample->stamp, odometry.add(wheels.message->angles[0], wheels.message->angles[1])});
   }
   PoseHistory history(std::max<std::size_t>(poses.size(), 1));
   for (const StampedPose& pose : poses) history.push(pose.stamp, pose.pose);
