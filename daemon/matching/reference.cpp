@@ -169,9 +169,9 @@ double Reference::freeSpaceViolation(const Pose2& T_ref_base, const RangeImage& 
 /// the points on no line that are beside it.
 Reference::Id Reference::surfelAt(const Eigen::Vector2d& p, const Eigen::Vector2d& normal) const {
   const Id id = fine_.at(p);
+  if (id == kNone) return kNone;
   const Surfel& surfel = surfels_[static_cast<std::size_t>(id)];
   const Eigen::Vector2d n(surfel.nx, surfel.ny), d = p - Eigen::Vector2d(surfel.x, surfel.y);
-  if (id == kNone) return kNone;
   if (normal.isZero()) return d.norm() > config_.surfel_spacing ? kNone : id;
   if (!surfel.isLine() || n.dot(normal) < config_.same_wall) return kNone;
   const double across = n.dot(d), along = n.x() * d.y() - n.y() * d.x();
