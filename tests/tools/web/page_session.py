@@ -14,8 +14,9 @@ UNLOCK = "document.getElementById('token').value = '%s'; document.querySelector(
 
 
 @contextlib.contextmanager
-def session():
-    """Usage of such a test: TEST BIN SOURCE OUT. @return (chromium, robot, source, out); the logs are copied to OUT"""
+def session(begin=Robot):
+    """Usage of such a test: TEST BIN SOURCE OUT. @param begin makes of BIN, SOURCE and a folder what has stop()
+    @return (chromium, robot, source, out); the logs are copied to OUT"""
     programs, source, out = (pathlib.Path(word).resolve() for word in sys.argv[1:4])
     chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
     if not chromium or not driver:
@@ -26,7 +27,7 @@ def session():
         folder = pathlib.Path(folder)
         with open(folder / "driver.txt", "w") as log:
             webdriver = subprocess.Popen([driver, "--port=9515"], stdout=log, stderr=log)
-        robot = Robot(programs, source, folder)
+        robot = begin(programs, source, folder)
         try:
             yield chromium, robot, source, out
         finally:

@@ -4,12 +4,9 @@
 
 Usage: page_setup_test.py BIN SOURCE OUT. Exit 77: no Chromium here."""
 import os
-import pathlib
 import re
-import shutil
 import subprocess
 import sys
-import tempfile
 import time
 
 sys.dont_write_bytecode = True  # into the sources
@@ -17,7 +14,7 @@ sys.dont_write_bytecode = True  # into the sources
 from browser import Browser, wait_until
 from page_access import check_contrast, check_targets
 from page_drive import Drives
-from page_session import SKIPPED
+from page_session import session
 
 SIZE = (390, 844, 2)
 SHOWN = "return document.getElementById('question').hidden ? '' : setup.question ? setup.question.id : ''"
@@ -29,9 +26,10 @@ TYPED = {"lidar.x": "0.06"}
 class SetUp:
     """slam-sim and slamctl setup --web."""
 
-    def __init__(self, programs, folder):
+    def __init__(self, programs, _, folder):
         self.folder, self.config = folder, folder / "slamd.toml"
         devices = folder / "devices"
+        os.environ["SLAM_SIM_DEVICES"] = str(devices)
         self.sim = self.start("slam-sim", programs, "--scene", "meeting-room", "--seconds", "600", "--obey", "--devices", devices)
         wait_until("the simulator's devices", (devices / "board").exists)
         (folder / "answers").write_text(f"runtime.socket = {folder / 'socket'}\n")
@@ -136,59 +134,41 @@ def check_drive(browser, drives, out):
 
 
 def main():
-    programs, _, out = (pathlib.Path(word).resolve() for word in sys.argv[1:4])
-    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
-    if not chromium or not driver:
-        print("skipped: install chromium and chromium-driver")
-        return SKIPPED
-    out.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as folder:
-        folder = pathlib.Path(folder)
-        os.environ["SLAM_SIM_DEVICES"] = str(folder / "devices")
-        with open(out / "driver.txt", "w") as log:
-            webdriver = subprocess.Popen([driver, "--port=9515"], stdout=log, stderr=log)
-        robot = SetUp(programs, folder)
-        try:
-            browser, other = Browser(chromium, *SIZE), Browser(chromium, *SIZE, dark=True, language="de")
-            browser.open(robot.page)
-            wait_until("without its token the page shows nothing", lambda: "#" in browser.run(TEXT % "banner"))
-            browser.open("about:blank")
-            for phone in (browser, other):
-                phone.open(robot.page + robot.secret)
-            drives = Drives()
-            check_questions(browser, other, out)
-            check_drive(browser, drives, out)
-            wait_until("the drive is calibrated", lambda: browser.run(SHOWN) in ("write", "again"), 90)
-            if browser.run(SHOWN) != "write":
-                sys.exit("not calibrated: " + browser.run(TEXT % "open"))
-            wait_until("scans and map are drawn", lambda: browser.run("return [...document.querySelectorAll('figure img')].every((i) => i.naturalWidth > 50)"))
-            browser.run("document.getElementById('calibration').scrollIntoView()")
-            browser.screenshot(out / "setup-calibration.png")
-            browser.run("scrollTo(0, 0)")
-            browser.screenshot(out / "setup-write.png")
-            if robot.config.exists():
-                sys.exit("written before a yes")
-            answer(browser, "write")
-            wait_until("doctor is content", lambda: browser.run(TEXT % "verdict") == "doctor: all good")
-            check_contrast("the end", browser)
-            browser.run("scrollTo(0, 0)")
-            browser.screenshot(out / "setup-end.png")
-            width = browser.run("return document.documentElement.scrollWidth")
-            if width > SIZE[0]:
-                sys.exit(f"the page is {width} px wide")
-            tap(browser, "#choices button")
-            if robot.setup.wait(timeout=20) != 0 or not robot.config.exists():
-                sys.exit("the set-up did not end well: " + (folder / "slamctl.txt").read_text())
-            wait_until("the page shows the end", lambda: "ended" in browser.run(TEXT % "banner"))
-            complaints = [words for words in browser.complaints() if "401" not in words and "favicon" not in words]
-            if complaints:
-                sys.exit(f"the browser complains: {complaints}")
-        finally:
-            robot.stop()
-            webdriver.terminate()
-            webdriver.wait()
-            for log in folder.glob("*.txt"):
-                shutil.copy(log, out / log.name)
+    with session(SetUp) as (chromium, robot, _, out):
+        browser, other = Browser(chromium, *SIZE), Browser(chromium, *SIZE, dark=True, language="de")
+        browser.open(robot.page)
+        wait_until("without its token the page shows nothing", lambda: "#" in browser.run(TEXT % "banner"))
+        browser.open("about:blank")
+        for phone in (browser, other):
+            phone.open(robot.page + robot.secret)
+        drives = Drives()
+        check_questions(browser, other, out)
+        check_drive(browser, drives, out)
+        wait_until("the drive is calibrated", lambda: browser.run(SHOWN) in ("write", "again"), 90)
+        if browser.run(SHOWN) != "write":
+            sys.exit("not calibrated: " + browser.run(TEXT % "open"))
+        wait_until("scans and map are drawn", lambda: browser.run("return [...document.querySelectorAll('figure img')].every((i) => i.naturalWidth > 50)"))
+        browser.run("document.getElementById('calibration').scrollIntoView()")
+        browser.screenshot(out / "setup-calibration.png")
+        browser.run("scrollTo(0, 0)")
+        browser.screenshot(out / "setup-write.png")
+        if robot.config.exists():
+            sys.exit("written before a yes")
+        answer(browser, "write")
+        wait_until("doctor is content", lambda: browser.run(TEXT % "verdict") == "doctor: all good")
+        check_contrast("the end", browser)
+        browser.run("scrollTo(0, 0)")
+        browser.screenshot(out / "setup-end.png")
+        width = browser.run("return document.documentElement.scrollWidth")
+        if width > SIZE[0]:
+            sys.exit(f"the page is {width} px wide")
+        tap(browser, "#choices button")
+        if robot.setup.wait(timeout=20) != 0 or not robot.config.exists():
+            sys.exit("the set-up did not end well: " + (robot.folder / "slamctl.txt").read_text())
+        wait_until("the page shows the end", lambda: "ended" in browser.run(TEXT % "banner"))
+        complaints = [words for words in browser.complaints() if "401" not in words and "favicon" not in words]
+        if complaints:
+            sys.exit(f"the browser complains: {complaints}")
     return 0
 
 
